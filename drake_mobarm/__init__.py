@@ -1,0 +1,6 @@
+"""A mobile arm that does a whole job, as Drake systems."""
+
+from drake_mobarm.scenario import load_scenario
+from drake_mobarm.simulation import Result, run
+
+__all__ = ["Result", "load_scenario", "run"]

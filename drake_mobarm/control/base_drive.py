@@ -1,0 +1,102 @@
+"""The base driver's law: section 7.3.1.4, feedback and feed-forward."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.exceptions import require
+from drake_mobarm.geometry import Array
+from drake_mobarm.robot.differential_drive import DifferentialDrive
+
+
+@dataclass(kw_only=True)
+class BaseDriveParameters:
+    """How the base follows a commanded velocity.
+
+    Attributes:
+        rate: updates a second [Hz]; 50 in section 7.3.1.5.
+        gain: of the velocity feedback (v, w) [1/s].
+        speed_limit: largest abs(v), abs(w) [m/s, rad/s].
+        acceleration_limit: of v and w [m/s^2, rad/s^2].
+        base: the base's figures.
+    """
+
+    rate: float = 50.0
+    gain: list[float] = field(default_factory=lambda: [10.0, 10.0])
+    speed_limit: list[float] = field(default_factory=lambda: [1.0, 2.0])
+    acceleration_limit: list[float] = field(
+        default_factory=lambda: [1.0, 3.0])
+    base: DifferentialDrive = field(default_factory=DifferentialDrive)
+
+    def __post_init__(self) -> None:
+        require(10 <= self.rate <= 100, "base_drive.rate", self.rate,
+                "10 to 100 Hz")
+        for name in ("gain", "speed_limit", "acceleration_limit"):
+            value = getattr(self, name)
+            require(len(value) == 2 and all(0 < x < np.inf for x in value),
+                    f"base_drive.{name}", value, "two numbers above 0")
+
+
+def limit_velocity(command: ArrayLike,
+                   parameters: BaseDriveParameters) -> Array:
+    """The nearest velocity (v, w), (2,), that the wheels can turn.
+
+    First v and w are limited each; then, where a wheel would be too fast,
+    both are scaled alike, which keeps the curvature of the path. A command
+    that is not finite becomes a halt.
+    """
+    velocity = np.asarray(command, dtype=float)
+    if not np.all(np.isfinite(velocity)):
+        return np.zeros(2)
+    velocity = np.clip(velocity, -np.asarray(parameters.speed_limit),
+                       parameters.speed_limit)
+    fastest = np.abs(parameters.base.wheel_speeds(velocity)).max()
+    limited: Array = velocity * min(
+        1.0, parameters.base.wheel_speed_limit / max(fastest, 1e-12))
+    return limited
+
+
+def ramp(reference: ArrayLike, target: ArrayLike, step: float,
+         parameters: BaseDriveParameters) -> Array:
+    """The reference velocity (v, w), (2,), one step nearer to a target.
+
+    Held to the acceleration limits of the base and of its wheels, the latter
+    by scaling both changes alike.
+    """
+    reference = np.asarray(reference, dtype=float)
+    room = step * np.asarray(parameters.acceleration_limit)
+    change = np.clip(np.asarray(target) - reference, -room, room)
+    base = parameters.base
+    fastest = np.abs(base.wheel_speeds(change)).max() / step
+    ramped: Array = reference + change * min(
+        1.0, base.wheel_acceleration_limit / max(fastest, 1e-12))
+    return ramped
+
+
+def drive_torques(reference: ArrayLike, next_reference: ArrayLike,
+                  measured: ArrayLike, step: float,
+                  parameters: BaseDriveParameters) -> Array:
+    """Wheel torques that bring the base to the next reference velocity.
+
+    The acceleration that reaches it by the next step is fed forward, the
+    velocity error is fed back, and (7.6), (7.7) turn the sum into torques.
+
+    Args:
+        reference: (v, w) wanted now [m/s, rad/s], (2,).
+        next_reference: (v, w) wanted a step later, (2,).
+        measured: (v, w) from the encoders, (2,).
+        step: time between updates [s].
+        parameters: gains and limits.
+
+    Returns:
+        Left, right torque [N m], (2,), within the motors' limit.
+    """
+    reference = np.asarray(reference, dtype=float)
+    feedforward = (np.asarray(next_reference) - reference) / step
+    error = reference - np.asarray(measured)
+    acceleration = feedforward + np.asarray(parameters.gain) * error
+    torques = parameters.base.wheel_torques(measured, acceleration)
+    limit = parameters.base.wheel_torque_limit
+    limited: Array = np.clip(torques, -limit, limit)
+    return limited

@@ -1,0 +1,169 @@
+"""The station's two drivers as LeafSystems."""
+
+from typing import Any
+
+import numpy as np
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import MultibodyForces
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from drake_mobarm.control.arm_drive import (
+    ArmDriveParameters,
+    desired_acceleration,
+    limit_reference,
+    limit_torque,
+)
+from drake_mobarm.control.base_drive import (
+    BaseDriveParameters,
+    drive_torques,
+    limit_velocity,
+    ramp,
+)
+from drake_mobarm.signals import (
+    ARM_JOINTS,
+    ArmState,
+    BaseVelocity,
+    WheelState,
+    size,
+)
+from drake_mobarm.world.sdf import MODELS
+
+
+class BaseDriver(LeafSystem):
+    """Turns the wheels so that the base follows a commanded velocity.
+
+    .. pydrake_system::
+
+        name: BaseDriver
+        input_ports:
+        - commanded_base_velocity
+        - measured_wheel_state
+        output_ports:
+        - wheel_torque
+
+    - commanded_base_velocity (2): BaseVelocity [m/s, rad/s], in B.
+    - measured_wheel_state (4): WheelState [rad, rad/s].
+    - wheel_torque (2): left, right [N m], held between updates.
+    """
+
+    def __init__(self, parameters: BaseDriveParameters) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._step = 1 / parameters.rate
+        self._command = self.DeclareVectorInputPort(
+            "commanded_base_velocity", size(BaseVelocity))
+        self._wheels = self.DeclareVectorInputPort(
+            "measured_wheel_state", size(WheelState))
+        self._reference = self.DeclareDiscreteState(2)
+        self._torque = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("wheel_torque", self._torque)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        wheels = WheelState(self._wheels.Eval(context))
+        measured = self._parameters.base.body_velocity(
+            [wheels.speed_left, wheels.speed_right])
+        reference = context.get_discrete_state(self._reference).value()
+        target = limit_velocity(
+            self._command.Eval(context), self._parameters)
+        following = ramp(reference, target, self._step, self._parameters)
+        state.set_value(self._torque, drive_torques(
+            reference, following, measured, self._step, self._parameters))
+        state.set_value(self._reference, following)
+
+
+class ArmDriver(LeafSystem):
+    """Moves the arm's joints along a desired state by inverse dynamics.
+
+    .. pydrake_system::
+
+        name: ArmDriver
+        input_ports:
+        - desired_arm_state
+        - measured_arm_state
+        output_ports:
+        - arm_torque
+
+    - desired_arm_state (12): ArmState [rad, rad/s].
+    - measured_arm_state (12): ArmState [rad, rad/s].
+    - arm_torque (6): [N m], held between updates.
+    """
+
+    def __init__(self, parameters: ArmDriveParameters,
+                 initial_q: list[float]) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._step = 1 / parameters.rate
+        self._model = _ArmModel()
+        self._desired = self.DeclareVectorInputPort(
+            "desired_arm_state", size(ArmState))
+        self._measured = self.DeclareVectorInputPort(
+            "measured_arm_state", size(ArmState))
+        self._reference = self.DeclareDiscreteState(
+            np.concatenate([initial_q, np.zeros(6)]))
+        self._torque = self.DeclareDiscreteState(6)
+        self.DeclareStateOutputPort("arm_torque", self._torque)
+        self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
+
+    def _update(self, context: Context, state: DiscreteValues) -> None:
+        measured = self._measured.Eval(context).reshape(2, 6)
+        desired = self._desired.Eval(context).reshape(2, 6)
+        reference = context.get_discrete_state(
+            self._reference).value().reshape(2, 6)
+        error, error_rate = reference - measured
+        u = desired_acceleration(error, error_rate, self._parameters)
+        torque = self._model.inverse_dynamics(*measured, u)
+        state.set_value(self._torque, limit_torque(
+            torque, measured[1], self._model.stall_torque,
+            self._parameters.no_load_speed))
+        if np.all(np.isfinite(desired)):
+            state.set_value(self._reference, limit_reference(
+                reference, np.array([self._model.within_limits(desired[0]),
+                                     desired[1]]),
+                self._step, self._model.speed_limit,
+                self._model.acceleration_limit).ravel())
+
+
+class _ArmModel:
+    """The arm on a base that stands still, for (7.13), and its limits."""
+
+    def __init__(self) -> None:
+        self._plant = MultibodyPlant(0.0)
+        Parser(self._plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+        self._plant.WeldFrames(
+            self._plant.world_frame(), self._plant.GetFrameByName("base"))
+        self._plant.Finalize()
+        self._context = self._plant.CreateDefaultContext()
+        joints = [self._plant.GetJointByName(name) for name in ARM_JOINTS]
+        self._index = np.array([joint.velocity_start() for joint in joints])
+        self._q = np.zeros(self._plant.num_positions())
+        self._v = np.zeros(self._plant.num_velocities())
+        self._u = np.zeros(self._plant.num_velocities())
+        self.stall_torque = np.array([
+            self._plant.GetJointActuatorByName(name).effort_limit()
+            for name in ARM_JOINTS])
+        self.speed_limit = np.array([
+            joint.velocity_upper_limits()[0] for joint in joints])
+        self.acceleration_limit = np.array([
+            joint.acceleration_upper_limits()[0] for joint in joints])
+        self._lower = np.array([
+            joint.position_lower_limits()[0] for joint in joints])
+        self._upper = np.array([
+            joint.position_upper_limits()[0] for joint in joints])
+
+    def within_limits(self, q: Any) -> Any:
+        return np.clip(q, self._lower, self._upper)
+
+    def inverse_dynamics(self, q: Any, v: Any, u: Any) -> Any:
+        """tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
+        # All of the scratch context that matters is written before use.
+        self._q[self._index] = q
+        self._v[self._index] = v
+        self._u[self._index] = u
+        self._plant.SetPositions(self._context, self._q)
+        self._plant.SetVelocities(self._context, self._v)
+        forces = MultibodyForces(self._plant)
+        self._plant.CalcForceElementsContribution(self._context, forces)
+        return self._plant.CalcInverseDynamics(
+            self._context, self._u, forces)[self._index]

@@ -1,0 +1,30 @@
+"""What can go wrong, in one clear line each."""
+
+
+class MobarmError(Exception):
+    """Base of every error that this library raises on purpose."""
+
+
+class ParameterError(MobarmError, ValueError):
+    """A parameter is out of its range."""
+
+
+class ScenarioError(MobarmError, ValueError):
+    """A scenario cannot be read or does not make sense."""
+
+
+class WorldError(MobarmError, ValueError):
+    """A world is unknown or is not made of static boxes and cylinders."""
+
+
+class OutputError(MobarmError, RuntimeError):
+    """A result cannot be written where it was asked for."""
+
+
+def require(holds: bool, field: str, value: object, valid: str) -> None:
+    """Raises a ParameterError unless `holds`.
+
+    A comparison with NaN is false, so a range check refuses it, too.
+    """
+    if not holds:
+        raise ParameterError(f"{field} is {value!r}: valid is {valid}")

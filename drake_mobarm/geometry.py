@@ -1,0 +1,36 @@
+"""Angles and planar poses, as arrays of any batch size."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+
+
+def wrap_angle(angle: ArrayLike) -> Any:
+    """Wraps angles [rad] of any shape into [-pi, pi).
+
+    A scalar in gives a scalar out.
+    """
+    return (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi
+
+
+def rotation(yaw: float) -> Array:
+    """The planar rotation matrix R_AB, (2, 2), of a frame B at `yaw` [rad]."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s], [s, c]])
+
+
+def transform_points(pose: ArrayLike, p_BP: ArrayLike) -> Array:
+    """Points given in a frame B, in the frame A of that frame's pose.
+
+    Args:
+        pose: X_AB as [x, y, yaw] in m and rad, (3,).
+        p_BP: points [m], (..., 2).
+
+    Returns:
+        p_AP [m], (..., 2).
+    """
+    x, y, yaw = np.asarray(pose, dtype=float)
+    return np.asarray(p_BP, dtype=float) @ rotation(yaw).T + (x, y)

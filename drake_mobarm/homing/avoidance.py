@@ -1,0 +1,447 @@
+"""Rule-based obstacle avoidance with a lidar (section 2.3.2, experiment 2).
+
+The dissertation names "a simple rule-based algorithm" and gives no rules.
+These are TangentBug's idea (Kamon, Rimon, Rivlin 1998) for a round robot, a
+fluctuating target, and things that its lidar does not see. The first rule
+that applies decides:
+
+====== ========================================= =========================
+rule   when                                      then
+====== ========================================= =========================
+wait   no target, or most rays missing           stand still
+back   wheels stalled: touched something unseen  remember it, back off
+target the corridor to the target is free        head for the target
+follow for `patience` no gain (below)            follow the boundary
+gap    otherwise                                 head for the gap of the
+                                                 shortest way
+====== ========================================= =========================
+
+The shortest way: to the gap, then straight to the target, dearer when seen
+things block that second leg, when it bends away from the thing passed, by
+turning, and for other gaps than the last one (hysteresis).
+
+A gain is new ground, or a shorter way than any since the last boundary. The
+boundary is kept on one side, until a free corridor leads nearer to the target
+than the robot has ever been by `gain`: each departure gains, so there are only
+finitely many. After `first_leg` it turns back once; it takes the other side
+when it starts where it started last; and once round without a departure it
+tries narrower gaps.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.exceptions import require
+from drake_mobarm.geometry import Array, wrap_angle
+from drake_mobarm.homing.gaps import (
+    Gaps,
+    blocking_point,
+    fill_missing,
+    find_gaps,
+    free_along,
+    free_lengths,
+    unit,
+)
+from drake_mobarm.sensors.lidar import ray_angles
+
+_DIRECTIONS = 180  # Looked at for gaps and along boundaries: every 2 deg.
+_AHEAD = 1.2  # Waypoints this far ahead [m] do not slow the robot down.
+
+
+@dataclass(kw_only=True)
+class AvoidanceParameters:
+    """Sizes and patience of the rules; the dissertation gives no values.
+
+    Attributes:
+        radius: of the robot [m].
+        margin: kept free around it [m].
+        tight_margin: the same where there is no other way [m].
+        range_max: the lidar's; a range as long means "no return" [m].
+        max_speed: [m/s].
+        deceleration: to stop before a seen thing [m/s^2].
+        jump: of the free length that makes a gap [m].
+        hysteresis: by how much a new gap's way must be shorter [m].
+        blocked_cost: of a way that seen things block [m].
+        slack_cost: of a way that bends away from the thing it passes [m].
+        turn_cost: of turning towards a gap [m/rad].
+        smoothing: share of a new target estimate that is taken at once.
+        patience: updates without a gain until a boundary is followed.
+        gain: by how much a boundary's end must be nearer [m].
+        lookahead: free length that counts as open along a boundary [m].
+        first_leg: way along a boundary until turning back [m].
+        stall_speed: a measured speed that counts as standing [m/s].
+        stall_updates: updates of standing that make a stall.
+        back_speed: of backing off [m/s].
+        back_updates: updates of backing off.
+    """
+
+    radius: float = 0.27
+    margin: float = 0.06
+    tight_margin: float = 0.015
+    range_max: float = 12.0
+    max_speed: float = 1.0
+    deceleration: float = 0.8
+    jump: float = 0.4
+    hysteresis: float = 0.6
+    blocked_cost: float = 3.0
+    slack_cost: float = 3.0
+    turn_cost: float = 0.2
+    smoothing: float = 0.1
+    patience: int = 50
+    gain: float = 0.3
+    lookahead: float = 0.8
+    first_leg: float = 10.0
+    stall_speed: float = 0.03
+    stall_updates: int = 5
+    back_speed: float = 0.2
+    back_updates: int = 12
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            require(0 < value < np.inf, f"avoidance.{name}", value,
+                    "finite and positive")
+        require(self.smoothing <= 1, "avoidance.smoothing", self.smoothing,
+                "in (0, 1]")
+        require(self.tight_margin <= self.margin, "avoidance.tight_margin",
+                self.tight_margin, "up to `margin`")
+
+
+def _no_points() -> Array:
+    return np.empty((0, 2))
+
+
+@dataclass(frozen=True)
+class AvoidanceState:
+    """What the rules decided, and the little that they remember.
+
+    Attributes:
+        waypoint: to drive to, in W [m], (2,).
+        speed_limit: [m/s]; negative: back straight off at that speed.
+        rule: the rule that decided.
+        target: the smoothed target in W [m], (2,).
+        gap: the gap headed for, in W [m], (2,).
+        ground: places visited in W [m], (n, 2), half a metre apart.
+        phantoms: unseen things touched, in W [m], (n, 2).
+        idle: updates without a gain.
+        promise: the shortest way found since the last boundary [m].
+        side: of the boundary: +1 to the right, -1 to the left, 0 for none.
+        boundary: its point that limits the way, in W [m], (2,).
+        exit: the place where a boundary is left for, in W [m], (2,).
+        hit: where the last boundary was met, in W [m], (2,).
+        hit_side: the side chosen there.
+        followed: way along the boundary [m].
+        leg: way along it until turning back [m].
+        tight: whether narrower gaps are tried.
+        stalled: updates of standing.
+        backing: updates of backing off that are left.
+        previous: the last position in W [m], (2,).
+    """
+
+    waypoint: Array
+    speed_limit: float
+    rule: str = "wait"
+    target: Array | None = None
+    gap: Array | None = None
+    ground: Array = field(default_factory=_no_points)
+    phantoms: Array = field(default_factory=_no_points)
+    idle: int = 0
+    promise: float = np.inf
+    side: int = 0
+    boundary: Array | None = None
+    exit: Array | None = None
+    hit: Array | None = None
+    hit_side: int = 0
+    followed: float = 0.0
+    leg: float = np.inf
+    tight: bool = False
+    stalled: int = 0
+    backing: int = 0
+    previous: Array | None = None
+
+
+def initial_state() -> AvoidanceState:
+    """Nothing remembered, standing still."""
+    return AvoidanceState(np.zeros(2), 0.0)
+
+
+@dataclass(frozen=True)
+class _View:
+    """What is around the robot now, relative to its centre, in W's axes."""
+
+    position: Array
+    yaw: float
+    points: Array
+    target: Array
+    distance: float
+    bearing: float
+    radius: float
+    tight_radius: float
+    tolerance: float
+
+
+def update(
+    state: AvoidanceState,
+    pose_WL: ArrayLike,
+    p_WT: ArrayLike,
+    ranges: ArrayLike,
+    velocity: ArrayLike,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
+    """Applies the rules to one scan.
+
+    Args:
+        state: after the last scan.
+        pose_WL: odometry [x, y, yaw] at the scan in m and rad, (3,).
+        p_WT: the estimated target [m], (2,).
+        ranges: [m], (rays,), in the order of `ray_angles`.
+        velocity: measured speed [m/s] and turn rate [rad/s], (2,).
+        parameters: of the rules.
+
+    Returns:
+        The state with the waypoint and speed limit to drive with.
+    """
+    x, y, yaw = np.asarray(pose_WL, dtype=float)
+    position = np.array([x, y])
+    estimate = np.asarray(p_WT, dtype=float)
+    scan = np.asarray(ranges, dtype=float)
+    if not np.isfinite(estimate).all() or np.isnan(scan).mean() > 0.5:
+        return replace(state, waypoint=position, speed_limit=0.0, rule="wait",
+                       stalled=0)
+    state = _remember(state, position, estimate, parameters)
+    view = _look(state, position, yaw, scan, parameters)
+    speed = float(np.asarray(velocity, dtype=float)[0])
+    return (_back_off(state, view, speed, parameters)
+            or _choose_way(_count_stall(state, view, speed, parameters),
+                           view, parameters))
+
+
+def _remember(state: AvoidanceState, position: Array, estimate: Array,
+              parameters: AvoidanceParameters) -> AvoidanceState:
+    target, followed = estimate, state.followed
+    if state.target is not None:
+        step = estimate - state.target
+        target = state.target + parameters.smoothing * step
+    if state.previous is not None:
+        followed += _norm(position - state.previous)
+    ground, idle = state.ground, state.idle + 1
+    if np.all(_norms(ground - position) > 0.5):
+        ground, idle = np.vstack([ground, position])[-200:], 0
+    return replace(state, target=target, previous=position, ground=ground,
+                   followed=followed, idle=idle)
+
+
+def _look(state: AvoidanceState, position: Array, yaw: float, scan: Array,
+          parameters: AvoidanceParameters) -> _View:
+    distances = fill_missing(scan)
+    returned = distances < parameters.range_max - 0.05
+    angles = yaw + ray_angles(scan.size)[returned]
+    seen = distances[returned, None] * unit(angles)
+    assert state.target is not None
+    target = state.target - position
+    distance = _norm(target)
+    margin = parameters.tight_margin if state.tight else parameters.margin
+    return _View(
+        position=position,
+        yaw=yaw,
+        points=np.vstack([seen, state.phantoms - position]),
+        target=target,
+        distance=distance,
+        bearing=float(np.arctan2(target[1], target[0])),
+        radius=parameters.radius + margin,
+        tight_radius=parameters.radius + parameters.tight_margin,
+        # The estimate errs more from afar, and may then lie inside things.
+        tolerance=min(0.25 + 0.15 * distance, distance),
+    )
+
+
+def _count_stall(state: AvoidanceState, view: _View, speed: float,
+                 parameters: AvoidanceParameters) -> AvoidanceState:
+    way = state.waypoint - view.position
+    turn = wrap_angle(np.arctan2(way[1], way[0]) - view.yaw)
+    asked = state.speed_limit > 0.1 and abs(turn) < 0.4 and _norm(way) > 0.2
+    standing = asked and abs(speed) < parameters.stall_speed
+    # Counts down slowly: a grazing robot also turns now and then.
+    stalled = state.stalled + 1 if standing else max(state.stalled - 1, 0)
+    return replace(state, stalled=stalled)
+
+
+def _back_off(state: AvoidanceState, view: _View, speed: float,
+              parameters: AvoidanceParameters) -> AvoidanceState | None:
+    """Rule "back": after a stall, and until far enough from it."""
+    stalled = _count_stall(state, view, speed, parameters).stalled
+    if state.backing == 0 and stalled >= parameters.stall_updates:
+        ahead = parameters.radius + 0.08
+        # As wide as the robot's front: where it touched is not known.
+        touched = np.array([[ahead, -0.2], [ahead, 0.0], [ahead, 0.2]])
+        forward, left = unit(view.yaw), unit(view.yaw + np.pi / 2)
+        phantoms = view.position + touched @ np.stack([forward, left])
+        state = replace(state, stalled=0, backing=parameters.back_updates,
+                        phantoms=np.vstack([state.phantoms, phantoms])[-90:],
+                        gap=None, exit=None)
+    if state.backing == 0:
+        return None
+    room = _free(view, view.yaw + np.pi, view.tight_radius)
+    if room < 0.05:
+        return replace(state, backing=0, speed_limit=0.0, rule="wait")
+    return replace(state, backing=state.backing - 1, rule="back",
+                   speed_limit=-parameters.back_speed)
+
+
+def _choose_way(state: AvoidanceState, view: _View,
+                parameters: AvoidanceParameters) -> AvoidanceState:
+    if state.side == 0 and _target_is_free(view):
+        return _head_for_target(state, view, parameters)
+    if state.exit is not None:
+        way = state.exit - view.position
+        free_way = _free(view, float(np.arctan2(way[1], way[0])), view.radius)
+        if 0.3 < _norm(way) < free_way + 0.3:
+            return _drive(replace(state, rule="leave", idle=0), view, way,
+                          parameters)
+        state = replace(state, exit=None)
+    angles = view.yaw + ray_angles(_DIRECTIONS)
+    free = free_lengths(angles, view.points, view.radius,
+                        parameters.range_max)
+    if state.side != 0:
+        state = _leave_boundary(state, view, angles, free, parameters)
+    if state.side == 0:
+        if state.exit is not None:
+            return _drive(state, view, state.exit - view.position,
+                          parameters)
+        gaps = find_gaps(angles, free, parameters.jump, past=0.3)
+        chosen = _choose_gap(state, view, gaps, parameters)
+        if isinstance(chosen, AvoidanceState):
+            return chosen
+        state = _meet_boundary(state, view, chosen, parameters)
+    return _follow_boundary(state, view, angles, free, parameters)
+
+
+def _target_is_free(view: _View) -> bool:
+    needed = view.distance - view.tolerance
+    if _free(view, view.bearing, view.radius) >= needed:
+        return True
+    # Things may stand right beside the target.
+    near = view.distance < 1.5
+    return near and _free(view, view.bearing, view.tight_radius) >= needed
+
+
+def _head_for_target(state: AvoidanceState, view: _View,
+                     parameters: AvoidanceParameters) -> AvoidanceState:
+    """Rule "target"."""
+    state = replace(state, rule="target", gap=None, exit=None,
+                    promise=np.inf)
+    return _drive(state, view, view.target, parameters)
+
+
+def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
+                parameters: AvoidanceParameters) -> AvoidanceState | int:
+    """Rule "gap", or the side to leave the obstacle on if there is no gain."""
+    if gaps.angles.size == 0:
+        return 1
+    places = gaps.points()
+    rest = _norms(view.target - places)
+    way = gaps.lengths + rest
+    bend = gaps.sides * wrap_angle(view.bearing - gaps.angles)
+    cost = (way
+            + parameters.turn_cost * np.abs(wrap_angle(gaps.angles - view.yaw))
+            + parameters.slack_cost * (bend > 0.1))
+    met = free_along(places, view.target, view.points, parameters.radius)
+    cost += parameters.blocked_cost * (met < rest - view.tolerance)
+    if state.gap is not None:
+        # The target's error grows with its distance; the gap's place moves.
+        same = (_norms(places + view.position - state.gap)
+                < np.maximum(0.5, 0.25 * gaps.lengths))
+        cost -= same * (parameters.hysteresis + 0.15 * view.distance)
+    best = int(np.argmin(cost))
+    promise, idle = state.promise, state.idle
+    if way[best] < promise - 0.1:
+        promise, idle = float(way[best]), 0
+    if idle > parameters.patience:
+        return 1 if wrap_angle(gaps.angles[best] - view.bearing) > 0 else -1
+    angle = float(gaps.angles[best])
+    ahead = min(_free(view, angle, view.radius), _AHEAD)
+    state = replace(state, rule="gap", gap=view.position + places[best],
+                    promise=promise, idle=idle)
+    return _drive(state, view, max(gaps.lengths[best], ahead) * unit(angle),
+                  parameters)
+
+
+def _meet_boundary(state: AvoidanceState, view: _View, side: int,
+                   parameters: AvoidanceParameters) -> AvoidanceState:
+    if state.hit is not None and _norm(state.hit - view.position) < 1.0:
+        side = -state.hit_side  # That side did not help.
+    return replace(state, side=side, hit=view.position, hit_side=side,
+                   boundary=None, gap=None, followed=0.0,
+                   leg=parameters.first_leg)
+
+
+def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
+                    free: Array,
+                    parameters: AvoidanceParameters) -> AvoidanceState:
+    towards = unit(angles)
+    along = np.clip(towards @ view.target, 0.0, free)
+    ends = along[:, None] * towards
+    distances = _norms(view.target - ends)
+    best = int(np.argmin(distances))
+    nearest = _norms(state.ground - view.position - view.target).min()
+    gain = min(parameters.gain, 0.5 * nearest)
+    left = replace(state, side=0, gap=None, promise=np.inf, idle=0)
+    if distances[best] < nearest - gain:
+        return replace(left, rule="leave",
+                       exit=view.position + ends[best])
+    assert state.hit is not None
+    around = state.followed > 3 and _norm(state.hit - view.position) < 0.5
+    if around and np.isinf(state.leg):
+        return replace(left, tight=not state.tight)
+    return state
+
+
+def _follow_boundary(state: AvoidanceState, view: _View, angles: Array,
+                     free: Array,
+                     parameters: AvoidanceParameters) -> AvoidanceState:
+    """Rule "follow": sweeps from the boundary to the first open direction."""
+    if state.followed > state.leg:
+        state = replace(state, side=-state.side, followed=0.0, leg=np.inf)
+    start = view.bearing
+    if state.boundary is not None:
+        edge = state.boundary - view.position
+        start = float(np.arctan2(edge[1], edge[0]))
+    order = np.argsort(state.side * (angles - start) % (2 * np.pi))
+    enough = min(parameters.lookahead, float(free.max()))
+    opened = int(np.argmax(free[order] >= enough))
+    boundary = state.boundary
+    if opened or boundary is None:
+        edge_or_none = blocking_point(float(angles[order[opened - 1]]),
+                                      view.points, view.radius)
+        if edge_or_none is not None:
+            boundary = view.position + edge_or_none
+    way = order[opened]
+    state = replace(state, rule="follow", boundary=boundary)
+    return _drive(state, view, min(free[way], _AHEAD) * unit(angles[way]),
+                  parameters)
+
+
+def _drive(state: AvoidanceState, view: _View, way: Array,
+           parameters: AvoidanceParameters) -> AvoidanceState:
+    """Sets the waypoint, and a speed to stop from before what is seen."""
+    bearing = float(np.arctan2(way[1], way[0]))
+    room = min(_free(view, bearing, view.tight_radius),
+               _free(view, view.yaw, view.tight_radius) - 0.03)
+    stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
+    return replace(state, waypoint=view.position + way,
+                   speed_limit=min(parameters.max_speed, float(stopping)))
+
+
+def _free(view: _View, angle: float, radius: float) -> float:
+    return float(free_lengths(np.array([angle]), view.points, radius,
+                              np.inf)[0])
+
+
+def _norm(vector: Array) -> float:
+    return float(np.hypot(vector[0], vector[1]))
+
+
+def _norms(vectors: Array) -> Array:
+    lengths: Array = np.hypot(vectors[:, 0], vectors[:, 1])
+    return lengths

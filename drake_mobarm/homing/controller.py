@@ -1,0 +1,96 @@
+"""Proportional control of a differential drive to a target (section 2.3.2)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.exceptions import require
+from drake_mobarm.geometry import wrap_angle
+
+
+@dataclass(kw_only=True)
+class ControllerParameters:
+    """Gains and limits; the dissertation gives no values.
+
+    Attributes:
+        linear_gain: speed per distance [1/s], positive. 1 m/s^2 stops the
+            robot on the target, from 1 m/s, where this is 2 or less.
+        angular_gain: turn rate per heading error [1/s], positive.
+        max_speed: [m/s], positive.
+        max_turn_rate: [rad/s], positive.
+        alignment: the heading error [rad] at which driving stops and only
+            turning is left, in (0, pi].
+        search_turn_rate: while there is nowhere to drive to [rad/s],
+            positive.
+    """
+
+    linear_gain: float = 1.5
+    angular_gain: float = 3.0
+    max_speed: float = 1.0
+    max_turn_rate: float = 2.0
+    alignment: float = 0.8
+    search_turn_rate: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name in (
+            "linear_gain",
+            "angular_gain",
+            "max_speed",
+            "max_turn_rate",
+            "search_turn_rate",
+        ):
+            value = getattr(self, name)
+            require(0 < value < math.inf, name, value, "finite and positive")
+        require(
+            0 < self.alignment <= math.pi,
+            "alignment",
+            self.alignment,
+            "(0, pi]",
+        )
+
+
+def drive_to(
+    pose_WB: ArrayLike,
+    p_WT: ArrayLike,
+    parameters: ControllerParameters,
+    speed_limit: float | None = None,
+) -> tuple[float, float]:
+    """The base velocity that drives to a target, forwards only.
+
+    Speed falls with the heading error, to nothing at `alignment`, so that
+    the robot turns in place towards a target beside or behind it.
+
+    Args:
+        pose_WB: the base's pose [x, y, yaw] in m and rad, (3,).
+        p_WT: the target [m], (2,).
+        parameters: gains and limits.
+        speed_limit: a lower limit than `max_speed` for now [m/s], at least 0.
+
+    Returns:
+        Speed [m/s] in [0, max_speed] and turn rate [rad/s].
+
+    Raises:
+        ParameterError: a target or pose that is not finite, or a limit
+            below 0.
+    """
+    pose = np.asarray(pose_WB, dtype=float)
+    target = np.asarray(p_WT, dtype=float)
+    require(bool(np.isfinite(pose).all()), "pose_WB", pose.tolist(), "finite")
+    require(bool(np.isfinite(target).all()), "p_WT", target.tolist(), "finite")
+    top = parameters.max_speed
+    if speed_limit is not None:
+        require(speed_limit >= 0, "speed_limit", speed_limit, "at least 0")
+        top = min(top, speed_limit)
+    dx, dy = target - pose[:2]
+    distance = math.hypot(dx, dy)
+    if distance == 0.0:
+        return 0.0, 0.0  # No direction to turn to.
+    error = float(wrap_angle(math.atan2(dy, dx) - pose[2]))
+    limit = parameters.max_turn_rate
+    turn = min(max(parameters.angular_gain * error, -limit), limit)
+    # 1 when facing the target, 0 from `alignment` on, flat at both ends.
+    facing = min(abs(error) / parameters.alignment, 1.0)
+    ease = 0.5 * (1 + math.cos(math.pi * facing))
+    return min(parameters.linear_gain * distance, top) * ease, turn

@@ -1,0 +1,147 @@
+"""What a round robot sees of a scan: free corridors, and gaps between things.
+
+All points and angles are relative to the robot's centre, in any fixed axes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drake_mobarm.geometry import Array
+
+# A point nearer than the radius blocks only motion towards it, or a robot
+# that stands a centimetre too near could not leave.
+_SHRINK = 0.98
+
+
+@dataclass(frozen=True)
+class Gaps:
+    """Ways past the edges of things, (n,) each.
+
+    Attributes:
+        angles: directions that just pass the edge [rad].
+        lengths: how far to go until past it [m].
+        sides: where the thing is: +1 to the right, -1 to the left.
+    """
+
+    angles: Array
+    lengths: Array
+    sides: Array
+
+    def points(self) -> Array:
+        """The places just past the edges [m], (n, 2)."""
+        return self.lengths[:, None] * unit(self.angles)
+
+
+def unit(angles: Array | float) -> Array:
+    """Unit vectors, (..., 2), along angles (...) [rad]."""
+    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+
+
+def fill_missing(ranges: Array) -> Array:
+    """Ranges (n,) [m], with NaN interpolated from the rays beside it."""
+    missing = np.isnan(ranges)
+    if not missing.any():
+        return ranges
+    ray = np.arange(ranges.size)
+    return np.interp(ray, ray[~missing], ranges[~missing], period=ranges.size)
+
+
+def free_lengths(
+    angles: Array, points: Array, radius: float, horizon: float
+) -> Array:
+    """How far a disc can go straight on before it touches a point.
+
+    Args:
+        angles: directions [rad], (m,).
+        points: obstacle points [m], (n, 2).
+        radius: the disc's [m].
+        horizon: the longest answer [m].
+
+    Returns:
+        Free lengths [m], (m,).
+    """
+    free = np.full(angles.size, horizon)
+    row, _, length = _touches(angles, points, radius)
+    if row.size:
+        rows, first = np.unique(row, return_index=True)
+        nearest = np.minimum.reduceat(length, first)
+        free[rows] = np.minimum(nearest, horizon)
+    return free
+
+
+def blocking_point(
+    angle: float, points: Array, radius: float
+) -> Array | None:
+    """The point [m], (2,), that a disc going along `angle` touches first."""
+    _, column, length = _touches(np.array([angle]), points, radius)
+    if not length.size:
+        return None
+    found: Array = points[column[np.argmin(length)]]
+    return found
+
+
+def free_along(
+    starts: Array, end: Array, points: Array, radius: float
+) -> Array:
+    """How far a disc can go from each start to one end.
+
+    Args:
+        starts: [m], (k, 2).
+        end: [m], (2,).
+        points: obstacle points [m], (n, 2).
+        radius: the disc's [m].
+
+    Returns:
+        Distances [m], (k,) to the first point met; infinite for none.
+    """
+    way = end - starts
+    length = np.hypot(way[:, 0], way[:, 1])
+    along_unit = way / np.maximum(length, 1e-9)[:, None]
+    normal = along_unit @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    offset = np.sum(starts * along_unit, axis=1)[:, None]
+    along = along_unit @ points.T - offset
+    across = normal @ points.T - np.sum(starts * normal, axis=1)[:, None]
+    beyond = along - np.clip(along, 0.0, length[:, None])
+    met = across**2 + beyond**2 < radius**2
+    first: Array = np.where(met, along, np.inf).min(axis=1, initial=np.inf)
+    return first
+
+
+def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
+    """Finds where the free length jumps from one direction to the next.
+
+    Args:
+        angles: equally spaced directions of a full turn [rad], (m,).
+        free: free lengths along them [m], (m,).
+        jump: the least jump [m].
+        past: how far beyond the edge a gap's place lies [m].
+    """
+    after = np.roll(free, -1)
+    following = np.roll(angles, -1)
+    left = after - free > jump  # Free to the left of a thing.
+    right = free - after > jump
+    near = np.concatenate([free[left], after[right]])
+    far = np.concatenate([after[left], free[right]])
+    sides = np.ones(near.size)
+    sides[np.count_nonzero(left):] = -1.0
+    directions = np.concatenate([following[left], angles[right]])
+    return Gaps(directions, np.minimum(near + past, far), sides)
+
+
+def _touches(
+    angles: Array, points: Array, radius: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Which angle meets which point, sorted by angle, and after how long."""
+    distance = np.hypot(points[:, 0], points[:, 1])
+    reach = np.minimum(radius, _SHRINK * distance)
+    towards = unit(angles)
+    across = towards @ np.stack([-points[:, 1], points[:, 0]])
+    # Compare squares: half the points lie behind and are dropped by `along`.
+    row, column = np.nonzero(np.abs(across) < reach)
+    along = np.sum(towards[row] * points[column], axis=1)
+    ahead = along > 0
+    row, column, along = row[ahead], column[ahead], along[ahead]
+    half = np.sqrt(reach[column] ** 2 - across[row, column] ** 2)
+    return row, column, along - half

@@ -1,0 +1,58 @@
+"""What Tables 2.3 and 2.4 report of a run, as their footnotes define it."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.geometry import Array
+
+SUCCESS_DISTANCE = 1.0
+"""A run that ends by itself no farther from the target succeeded [m]."""
+
+
+def homing_metrics(
+    trace: Mapping[str, Array], beacon: ArrayLike
+) -> dict[str, float]:
+    """The metrics of one run.
+
+    Args:
+        trace: `t` (n,) [s], `ground_truth` (n, 7), `estimated_target` (n, 3),
+            named as in `signals`.
+        beacon: true p_WT [m], (2,).
+
+    Returns:
+        Time to the end, net velocity (straight line from start to end over
+        time), goal position error (estimate to beacon; NaN without one),
+        final position error (robot to beacon), path efficiency (straight
+        line from start to end over distance travelled; 1 for a robot that
+        never left), distance travelled, contacts with obstacles.
+    """
+    position = trace["ground_truth"][:, :2]
+    time = float(trace["t"][-1])
+    straight = float(np.linalg.norm(position[-1] - position[0]))
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)
+    travelled = float(steps.sum())
+    goal_error = trace["estimated_target"][-1, :2] - np.asarray(beacon)
+    final_error = position[-1] - np.asarray(beacon)
+    return {
+        "time_to_target_s": time,
+        "net_velocity_m_per_s": straight / time if time > 0 else 0.0,
+        "goal_position_error_m": float(np.linalg.norm(goal_error)),
+        "final_position_error_m": float(np.linalg.norm(final_error)),
+        "path_efficiency": straight / travelled if travelled > 0 else 1.0,
+        "distance_travelled_m": travelled,
+        "contacts": float(trace["ground_truth"][-1, 6]),
+    }
+
+
+def judge(
+    metrics: Mapping[str, float], arrived: bool, time_limit: float
+) -> tuple[bool, str]:
+    """Whether the robot did its job, and why or why not."""
+    error = metrics["final_position_error_m"]
+    if not arrived:
+        return False, f"time limit of {time_limit:g} s reached"
+    if error >= SUCCESS_DISTANCE:
+        return False, f"stopped {error:.2f} m from the beacon"
+    return True, "arrived at the beacon"

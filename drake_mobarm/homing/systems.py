@@ -1,0 +1,328 @@
+"""Homing as LeafSystems: estimators, obstacle avoidance, controller.
+
+Estimators and avoidance run a little after the sensors have sampled, so that
+a reading and the odometry seen with it are of the same instant.
+"""
+
+from abc import abstractmethod
+from typing import Any
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_mobarm.geometry import Array, transform_points
+from drake_mobarm.homing import avoidance, hybrid
+from drake_mobarm.homing import filter as target_filter
+from drake_mobarm.homing.controller import ControllerParameters, drive_to
+from drake_mobarm.sensors.beacon import BeaconNoise, RssiModel
+from drake_mobarm.signals import (
+    BaseVelocity,
+    BeaconReading,
+    PlanarPose,
+    TargetEstimate,
+    Waypoint,
+    size,
+)
+
+
+class TargetEstimator(LeafSystem):
+    """Estimates where the beacon is, from readings taken on the way.
+
+    .. pydrake_system::
+
+        name: TargetEstimator
+        input_ports:
+        - measured_base_pose
+        - beacon_reading
+        output_ports:
+        - estimated_target
+        - arrived
+
+    - measured_base_pose (3): PlanarPose in W.
+    - beacon_reading (3): BeaconReading, angle in the antenna's frame.
+    - estimated_target (3): TargetEstimate in W.
+    - arrived (1): 1 where the estimator's arrival conditions hold.
+
+    A reading that is marked invalid, or is not finite, changes nothing.
+
+    Args:
+        calibration: of the beacon's RSSI.
+        p_BA: the antenna in the base's frame [m], (2,).
+        rate: readings a second [Hz].
+        delay: after the sensor's samples [s].
+    """
+
+    def __init__(
+        self, calibration: RssiModel, p_BA: Array, rate: float, delay: float
+    ) -> None:
+        super().__init__()
+        self._calibration = calibration
+        self._p_BA = p_BA
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._reading = self.DeclareVectorInputPort(
+            "beacon_reading", size(BeaconReading)
+        )
+        self._belief = self.DeclareAbstractState(Value(self._initial_belief()))
+        self._estimate = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
+        self._arrived = self.DeclareDiscreteState(1)
+        self.DeclareStateOutputPort("estimated_target", self._estimate)
+        self.DeclareStateOutputPort("arrived", self._arrived)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / rate, delay, self._update
+        )
+
+    @abstractmethod
+    def _initial_belief(self) -> Any:
+        """The law's state before the first reading."""
+
+    @abstractmethod
+    def _next_belief(
+        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
+    ) -> Any:
+        """The law's state after a reading."""
+
+    @abstractmethod
+    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
+        """The target (2,), or None, and whether the robot has arrived."""
+
+    def _update(self, context: Context, state: State) -> None:
+        pose = PlanarPose(self._pose.Eval(context))
+        reading = BeaconReading(self._reading.Eval(context))
+        belief = context.get_abstract_state(int(self._belief)).get_value()
+        if reading.valid > 0.5 and np.isfinite(reading[:]).all():
+            belief = self._next_belief(
+                belief,
+                transform_points(pose[:], self._p_BA),
+                pose.yaw + reading.angle,
+                float(self._calibration.distance(reading.rssi)),
+            )
+            state.get_mutable_abstract_state(int(self._belief)).set_value(
+                belief
+            )
+        target, arrived = self._read_belief(belief, pose[:2])
+        discrete = state.get_mutable_discrete_state()
+        if target is not None:
+            discrete.set_value(self._estimate, [*target, 1.0])
+        discrete.set_value(self._arrived, [float(arrived)])
+
+
+class HybridEstimator(TargetEstimator):
+    """The dissertation's estimator, section 2.3.1.3; ports as its base's."""
+
+    def __init__(
+        self,
+        parameters: hybrid.HybridParameters,
+        calibration: RssiModel,
+        p_BA: Array,
+        rate: float,
+        delay: float,
+    ) -> None:
+        self._parameters = parameters
+        super().__init__(calibration, p_BA, rate, delay)
+
+    def _initial_belief(self) -> hybrid.HybridState:
+        return hybrid.initial_state()
+
+    def _next_belief(
+        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
+    ) -> hybrid.HybridState:
+        return hybrid.update(
+            belief, p_WA, bearing_W, distance, self._parameters
+        )
+
+    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
+        return hybrid.estimate(belief), hybrid.arrived(
+            belief, p_WB, self._parameters
+        )
+
+
+class FilterEstimator(TargetEstimator):
+    """Our bearing-and-range filter; ports as its base's."""
+
+    def __init__(
+        self,
+        parameters: target_filter.FilterParameters,
+        noise: BeaconNoise,
+        calibration: RssiModel,
+        p_BA: Array,
+        rate: float,
+        delay: float,
+    ) -> None:
+        self._parameters = parameters
+        self._noise = noise
+        super().__init__(calibration, p_BA, rate, delay)
+
+    def _initial_belief(self) -> target_filter.FilterState:
+        return target_filter.initial_state()
+
+    def _next_belief(
+        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
+    ) -> target_filter.FilterState:
+        return target_filter.update(
+            belief, p_WA, bearing_W, distance, self._noise, self._parameters
+        )
+
+    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
+        return target_filter.estimate(belief), target_filter.arrived(
+            belief, p_WB, self._parameters
+        )
+
+
+class StraightToTarget(LeafSystem):
+    """No avoidance: the waypoint is the target itself.
+
+    .. pydrake_system::
+
+        name: StraightToTarget
+        input_ports:
+        - estimated_target
+        output_ports:
+        - waypoint
+
+    - estimated_target (3): TargetEstimate in W.
+    - waypoint (3): Waypoint in W, without a limit of its own on speed.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        self.DeclareVectorOutputPort("waypoint", size(Waypoint), self._calc)
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        target = TargetEstimate(self._target.Eval(context))
+        if target.known > 0.5:
+            output.SetFromVector([target.x, target.y, np.inf])
+        else:
+            output.SetFromVector([np.nan, np.nan, 0.0])
+
+
+class ObstacleAvoidance(LeafSystem):
+    """Leads round obstacles to the target by rules on each lidar scan.
+
+    .. pydrake_system::
+
+        name: ObstacleAvoidance
+        input_ports:
+        - measured_base_pose
+        - measured_base_velocity
+        - estimated_target
+        - lidar_ranges
+        output_ports:
+        - waypoint
+
+    - measured_base_pose (3): PlanarPose in W.
+    - measured_base_velocity (2): BaseVelocity in B.
+    - estimated_target (3): TargetEstimate in W.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - waypoint (3): Waypoint in W.
+
+    Args:
+        parameters: of the rules.
+        rays: in a scan.
+        rate: scans a second [Hz].
+        delay: after the lidar's samples [s].
+    """
+
+    def __init__(
+        self,
+        parameters: avoidance.AvoidanceParameters,
+        rays: int,
+        rate: float,
+        delay: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._velocity = self.DeclareVectorInputPort(
+            "measured_base_velocity", size(BaseVelocity)
+        )
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", rays)
+        self._memory = self.DeclareAbstractState(
+            Value(avoidance.initial_state())
+        )
+        self._waypoint = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
+        self.DeclareStateOutputPort("waypoint", self._waypoint)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / rate, delay, self._update
+        )
+
+    def _update(self, context: Context, state: State) -> None:
+        target = TargetEstimate(self._target.Eval(context))
+        if target.known < 0.5:
+            return
+        memory = avoidance.update(
+            context.get_abstract_state(int(self._memory)).get_value(),
+            self._pose.Eval(context),
+            target[:2],
+            self._ranges.Eval(context),
+            self._velocity.Eval(context),
+            self._parameters,
+        )
+        state.get_mutable_abstract_state(int(self._memory)).set_value(memory)
+        state.get_mutable_discrete_state().set_value(
+            self._waypoint, [*memory.waypoint, memory.speed_limit]
+        )
+
+
+class HomingController(LeafSystem):
+    """Drives to the waypoint by proportional control, and halts on arrival.
+
+    Without a waypoint it turns on the spot, for the antenna to look around.
+
+    .. pydrake_system::
+
+        name: HomingController
+        input_ports:
+        - measured_base_pose
+        - waypoint
+        - arrived
+        output_ports:
+        - commanded_base_velocity
+
+    - measured_base_pose (3): PlanarPose in W.
+    - waypoint (3): Waypoint in W.
+    - arrived (1): 1 to halt.
+    - commanded_base_velocity (2): BaseVelocity in B.
+    """
+
+    def __init__(self, parameters: ControllerParameters) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._waypoint = self.DeclareVectorInputPort(
+            "waypoint", size(Waypoint)
+        )
+        self._arrived = self.DeclareVectorInputPort("arrived", 1)
+        self.DeclareVectorOutputPort(
+            "commanded_base_velocity", size(BaseVelocity), self._calc
+        )
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(self._command(context))
+
+    def _command(self, context: Context) -> tuple[float, float]:
+        if self._arrived.Eval(context)[0] > 0.5:
+            return 0.0, 0.0
+        waypoint = Waypoint(self._waypoint.Eval(context))
+        if not np.isfinite(waypoint[:2]).all():
+            return 0.0, self._parameters.search_turn_rate
+        if waypoint.speed_limit < 0:
+            return waypoint.speed_limit, 0.0
+        return drive_to(
+            self._pose.Eval(context),
+            waypoint[:2],
+            self._parameters,
+            waypoint.speed_limit,
+        )

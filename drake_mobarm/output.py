@@ -1,0 +1,41 @@
+"""Results that appear whole or not at all."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from drake_mobarm.exceptions import OutputError
+
+
+@contextlib.contextmanager
+def staged_folder(folder: Path) -> Iterator[Path]:
+    """A scratch folder whose files appear in `folder` all at once, or not.
+
+    Opened before the work begins, so that a folder that cannot be written is
+    known at once; whatever interrupts the work leaves nothing behind.
+
+    Raises:
+        OutputError: the folder cannot be written.
+    """
+    folder = folder.absolute()
+    parent = next(p for p in (folder, *folder.parents) if p.exists())
+    try:
+        stage = Path(tempfile.mkdtemp(prefix=".mobarm-", dir=parent))
+    except OSError as error:
+        raise OutputError(
+            f"output folder {folder} cannot be written: {error.strerror}"
+        ) from error
+    try:
+        yield stage
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in sorted(stage.iterdir()):
+            os.replace(file, folder / file.name)
+    except OSError as error:
+        raise OutputError(
+            f"output folder {folder} cannot be written: {error.strerror}"
+        ) from error
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)

@@ -1,0 +1,1 @@
+"""Pictures and files; the only package that imports matplotlib."""

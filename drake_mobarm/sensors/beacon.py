@@ -1,0 +1,203 @@
+"""A Bluetooth beacon seen by an antenna array: angle of arrival and RSSI.
+
+RSSI stands for distance through a log-distance calibration (Figure 2.2). The
+noise is uniform, as in Table 2.2. Nothing here draws random numbers by itself:
+callers pass them in, so that a seed decides every reading.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.exceptions import require
+from drake_mobarm.geometry import wrap_angle
+from drake_mobarm.sensors.rssi import BEACONS, RssiModel
+
+MIN_DISTANCE = 0.05
+"""The nearest distance [m] that a reading can tell."""
+
+
+@dataclass(kw_only=True)
+class BeaconNoise:
+    """Half-widths of the uniform noise on a reading (Table 2.2).
+
+    Attributes:
+        angle: of the angle of arrival [rad], in [0, pi).
+        relative_distance: of the distance, as its fraction [-], in [0, 1).
+        absolute_distance: of the distance [m], added to the relative one.
+    """
+
+    angle: float = 0.0
+    relative_distance: float = 0.0
+    absolute_distance: float = 0.0
+
+    def __post_init__(self) -> None:
+        require(0 <= self.angle < math.pi, "angle", self.angle, "[0, pi)")
+        require(
+            0 <= self.relative_distance < 1,
+            "relative_distance",
+            self.relative_distance,
+            "[0, 1)",
+        )
+        require(
+            0 <= self.absolute_distance < math.inf,
+            "absolute_distance",
+            self.absolute_distance,
+            "finite and at least 0",
+        )
+
+
+def _table_2_2(degrees: float, relative: float, metres: float) -> BeaconNoise:
+    return BeaconNoise(
+        angle=math.radians(degrees),
+        relative_distance=relative,
+        absolute_distance=metres,
+    )
+
+
+NOISE_CONFIGURATIONS: dict[int, BeaconNoise] = {
+    1: _table_2_2(5, 0.05, 0),
+    2: _table_2_2(5, 0.10, 0),
+    3: _table_2_2(10, 0.10, 0),
+    4: _table_2_2(10, 0.20, 0),
+    5: _table_2_2(20, 0.20, 1),
+}
+"""The sensor noise configurations of Table 2.2, by their numbers there."""
+
+
+def read_beacon(
+    pose_WA: ArrayLike,
+    p_WT: ArrayLike,
+    noise: BeaconNoise,
+    uniform: ArrayLike,
+    rssi_model: RssiModel,
+) -> tuple[float, float]:
+    """One reading of the target's beacon by the antenna.
+
+    The distance read is `d (1 + u1 relative) + u2 absolute`, no less than
+    MIN_DISTANCE, as RSSI.
+
+    Args:
+        pose_WA: the antenna's pose [x, y, yaw] in m and rad, (3,).
+        p_WT: the target's position [m], (2,).
+        noise: half-widths of the noise.
+        uniform: random numbers in [0, 1), (3,): for the angle, the relative
+            and the absolute part of the distance. 0.5 means no error.
+        rssi_model: the beacon's own law.
+
+    Returns:
+        Angle of arrival from the antenna's heading [rad], in [-pi, pi), and
+        RSSI [dBm].
+    """
+    x, y, yaw = np.asarray(pose_WA, dtype=float)
+    tx, ty = np.asarray(p_WT, dtype=float)
+    u_angle, u_relative, u_absolute = 2 * np.asarray(uniform, dtype=float) - 1
+    bearing = math.atan2(ty - y, tx - x)
+    angle = wrap_angle(bearing - yaw + u_angle * noise.angle)
+    distance = (
+        math.hypot(tx - x, ty - y) * (1 + u_relative * noise.relative_distance)
+        + u_absolute * noise.absolute_distance
+    )
+    rssi = rssi_model.rssi(max(distance, MIN_DISTANCE))
+    return float(angle), float(rssi)
+
+
+def in_field_of_view(angle_true: float, half_width: float) -> bool:
+    """Whether the array can read a beacon at this angle (section 2.5).
+
+    Args:
+        angle_true: angle of arrival without noise [rad], any turn.
+        half_width: of the field of view [rad]: pi / 2 for the hardware, pi or
+            more for a sensor that sees all around.
+    """
+    return bool(abs(wrap_angle(angle_true)) <= half_width)
+
+
+def distance_moments(
+    distance: float, noise: BeaconNoise
+) -> tuple[float, float]:
+    """Mean [m] and variance [m^2] of the distance read at a true one [m].
+
+    Exact for `max(d + a u1 + b u2, MIN_DISTANCE)`, u1 and u2 uniform in
+    [-1, 1): the expectation of a positive part is a difference of powers.
+    """
+    excess = distance - MIN_DISTANCE
+    wide, narrow = sorted(
+        (distance * noise.relative_distance, noise.absolute_distance),
+        reverse=True,
+    )
+
+    def expectation(power: int) -> float:
+        """E[max(excess + a u1 + b u2, 0) ** power]."""
+
+        def part(x: float, n: int) -> float:
+            return max(x, 0.0) ** n
+
+        if wide < 1e-9:
+            return part(excess, power)
+        n = power + 1
+        # A sliver of noise would be lost to rounding: leave it out.
+        if narrow < 1e-5 * wide:
+            high, low = part(excess + wide, n), part(excess - wide, n)
+            return (high - low) / (2 * wide * n)
+        n = power + 2
+        return (
+            part(excess + wide + narrow, n)
+            - part(excess + wide - narrow, n)
+            - part(excess - wide + narrow, n)
+            + part(excess - wide - narrow, n)
+        ) / (4 * wide * narrow * n * (n - 1))
+
+    first, second = expectation(1), expectation(2)
+    return MIN_DISTANCE + first, max(second - first**2, 0.0)
+
+
+@dataclass(kw_only=True)
+class BeaconParameters:
+    """The antenna array's reading of one beacon.
+
+    Attributes:
+        rate: readings a second [Hz].
+        model: which beacon it is, of `BEACONS`.
+        field_of_view: full width about the antenna's heading [rad] outside
+            which there is no reading; 2 pi for all around, pi for today's
+            hardware (section 2.5).
+        dropout: chance that a reading is lost [-].
+        outages: [from, until) [s] in which nothing is heard.
+    """
+
+    rate: float = 20.0
+    model: str = "beacon_1"
+    field_of_view: float = 2 * math.pi
+    dropout: float = 0.0
+    outages: list[list[float]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        require(
+            0 < self.rate <= 50,
+            "beacon.rate",
+            self.rate,
+            "above 0, up to 50 Hz",
+        )
+        require(
+            self.model in BEACONS,
+            "beacon.model",
+            self.model,
+            ", ".join(BEACONS),
+        )
+        require(
+            0 < self.field_of_view <= 2 * math.pi,
+            "beacon.field_of_view",
+            self.field_of_view,
+            "above 0, up to 2 pi",
+        )
+        require(0 <= self.dropout < 1, "beacon.dropout", self.dropout, "[0, 1)")
+        for outage in self.outages:
+            require(
+                len(outage) == 2 and outage[0] <= outage[1],
+                "beacon.outages",
+                outage,
+                "[from, until] in s",
+            )

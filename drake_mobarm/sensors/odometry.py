@@ -1,0 +1,27 @@
+"""Odometry: the pose that the wheels' encoders tell, slip and all."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from drake_mobarm.geometry import Array
+from drake_mobarm.robot.differential_drive import DifferentialDrive
+
+
+def integrate_wheels(pose: ArrayLike, turned: ArrayLike,
+                     base: DifferentialDrive) -> Array:
+    """The pose after the wheels turned, along the arc that they describe.
+
+    Args:
+        pose: [x, y, yaw] in W [m, rad], (3,).
+        turned: left, right [rad], (2,), since that pose.
+        base: the base's figures.
+
+    Returns:
+        The new [x, y, yaw], (3,); yaw is not wrapped.
+    """
+    x, y, yaw = np.asarray(pose, dtype=float)
+    forward, turn = base.body_velocity(turned)
+    # The arc's chord; np.sinc(z) is sin(pi z) / (pi z).
+    chord = forward * np.sinc(turn / (2 * np.pi))
+    return np.array([x + chord * np.cos(yaw + turn / 2),
+                     y + chord * np.sin(yaw + turn / 2), yaw + turn])

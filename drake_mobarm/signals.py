@@ -1,0 +1,44 @@
+"""The elements of the vectors that the systems exchange, by name."""
+
+from typing import Any
+
+from pydrake.common.containers import namedview
+
+
+def size(view: Any) -> int:
+    """The number of elements of one of the vectors below."""
+    return len(view.get_fields())
+
+
+PlanarPose = namedview("PlanarPose", ["x", "y", "yaw"])
+"""X_WB on the floor [m, m, rad]."""
+
+BaseVelocity = namedview("BaseVelocity", ["v", "w"])
+"""Forward and turning speed [m/s, rad/s]."""
+
+WheelState = namedview("WheelState", [
+    "angle_left", "angle_right", "speed_left", "speed_right"])
+"""Wheel joints [rad, rad, rad/s, rad/s]."""
+
+ARM_JOINTS = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle",
+              "wrist_rotate")
+ArmState = namedview("ArmState", [
+    *(f"{joint}_q" for joint in ARM_JOINTS),
+    *(f"{joint}_v" for joint in ARM_JOINTS)])
+"""Arm joints: six positions [rad], then six velocities [rad/s]."""
+
+BeaconReading = namedview("BeaconReading", ["angle", "rssi", "valid"])
+"""Angle of arrival from the antenna's heading [rad], strength [dBm], and 1
+where there is a reading (0: angle and rssi are NaN)."""
+
+TargetEstimate = namedview("TargetEstimate", ["x", "y", "known"])
+"""p_WT on the floor [m, m], and 1 once there is an estimate."""
+
+Waypoint = namedview("Waypoint", ["x", "y", "speed_limit"])
+"""Where to drive next, p_WQ [m, m], and how fast at most [m/s]; a negative
+limit means: straight backwards. NaN for x and y: turn on the spot."""
+
+GroundTruth = namedview("GroundTruth", [
+    "x", "y", "yaw", "v", "w", "touching", "contacts"])
+"""True pose [m, m, rad] and velocity [m/s, rad/s] of the base, 1 while the
+robot touches an obstacle, and how often it has."""

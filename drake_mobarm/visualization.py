@@ -1,0 +1,132 @@
+"""What a run looks like in Meshcat, live or recorded."""
+
+import numpy as np
+from pydrake.geometry import (
+    Cylinder,
+    Meshcat,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    Sphere,
+)
+from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.systems.framework import (
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+)
+
+from drake_mobarm.signals import GroundTruth, TargetEstimate, size
+
+FRAMES_PER_SECOND = 20.0
+_BEACON = Rgba(0.10, 0.60, 0.25)
+_ESTIMATE = Rgba(0.93, 0.45, 0.05)
+_PATH = Rgba(0.10, 0.35, 0.80)
+_SEGMENT = 0.10
+_HIDDEN = RigidTransform([0.0, 0.0, -10.0])
+
+
+class HomingView(LeafSystem):
+    """Draws the beacon, its estimate as it moves, and the path driven.
+
+    .. pydrake_system::
+
+        name: HomingView
+        input_ports:
+        - ground_truth
+        - estimated_target
+
+    - ground_truth (7): GroundTruth.
+    - estimated_target (3): TargetEstimate in W.
+
+    Args:
+        meshcat: where to draw.
+        beacon: p_WT of the beacon [m], (2,).
+    """
+
+    def __init__(self, meshcat: Meshcat, beacon: list[float]) -> None:
+        super().__init__()
+        self._meshcat = meshcat
+        self._truth = self.DeclareVectorInputPort(
+            "ground_truth", size(GroundTruth)
+        )
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        # The last corner of the drawn path, and how many pieces it has.
+        self._drawn = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
+        self.DeclarePeriodicDiscreteUpdateEvent(
+            1 / FRAMES_PER_SECOND, 0.0, self._draw
+        )
+        _draw_marker(meshcat, "beacon", _BEACON, 0.07)
+        meshcat.SetTransform("beacon", RigidTransform([*beacon, 0.0]))
+        _draw_marker(meshcat, "estimate", _ESTIMATE, 0.09)
+        meshcat.SetTransform("estimate", _HIDDEN)
+
+    def _draw(self, context: Context, state) -> None:  # type: ignore[no-untyped-def]
+        time = context.get_time()
+        target = TargetEstimate(self._target.Eval(context))
+        if target.known > 0.5:
+            X_WT = RigidTransform([target.x, target.y, 0.0])
+        else:
+            X_WT = _HIDDEN
+        self._meshcat.SetTransform("estimate", X_WT, time)
+        drawn = context.get_discrete_state(self._drawn).value()
+        here = GroundTruth(self._truth.Eval(context))[:2]
+        way = here - drawn[:2]
+        length = float(np.hypot(*way))
+        if np.isnan(length):
+            state.set_value(self._drawn, [*here, 0.0])
+        elif length > _SEGMENT:
+            path = f"path/{int(drawn[2]):05d}"
+            middle = (here + drawn[:2]) / 2
+            turn = RollPitchYaw(0, np.pi / 2, np.arctan2(way[1], way[0]))
+            self._meshcat.SetObject(path, Cylinder(0.02, length), _PATH)
+            self._meshcat.SetTransform(
+                path, RigidTransform(turn, [*middle, 0.02])
+            )
+            self._meshcat.SetProperty(path, "visible", False, 0.0)
+            self._meshcat.SetProperty(path, "visible", True, time)
+            state.set_value(self._drawn, [*here, drawn[2] + 1])
+
+
+def add_visualizer(
+    builder: DiagramBuilder, query_object: OutputPort, meshcat: Meshcat
+) -> None:
+    """Adds Drake's own visualizer, at the rate of the recording."""
+    builder.AddNamedSystem(
+        "visualizer",
+        visualizer := MeshcatVisualizer(
+            meshcat,
+            MeshcatVisualizerParams(
+                publish_period=1 / FRAMES_PER_SECOND,
+                show_hydroelastic=False,
+            ),
+        ),
+    )
+    builder.Connect(query_object, visualizer.query_object_input_port())
+
+
+def look_at(meshcat: Meshcat, start: list[float], beacon: list[float]) -> None:
+    """Points the camera so that start and beacon are both well in view."""
+    a, b = np.array(start[:2]), np.array(beacon)
+    middle = (a + b) / 2
+    reach = max(float(np.abs(a - b).max()), 4.0)
+    meshcat.SetCameraPose(
+        [middle[0], middle[1] - 0.75 * reach, 0.95 * reach],
+        [middle[0], middle[1], 0.0],
+    )
+
+
+def _draw_marker(
+    meshcat: Meshcat, path: str, color: Rgba, radius: float
+) -> None:
+    """A ball on a thin pole, to be seen over the furniture."""
+    meshcat.SetObject(f"{path}/pole", Cylinder(0.012, 1.2), color)
+    meshcat.SetTransform(f"{path}/pole", RigidTransform([0, 0, 0.6]))
+    meshcat.SetObject(f"{path}/ball", Sphere(radius), color)
+    meshcat.SetTransform(f"{path}/ball", RigidTransform([0, 0, 1.2]))
+    disc = Rgba(color.r(), color.g(), color.b(), 0.35)
+    meshcat.SetObject(f"{path}/disc", Cylinder(0.3, 0.01), disc)
+    meshcat.SetTransform(f"{path}/disc", RigidTransform([0, 0, 0.01]))

@@ -1,0 +1,131 @@
+"""Worlds read from SDF by Drake's own parser: one truth for every reader."""
+
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, SceneGraph
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.framework import DiagramBuilder
+
+from drake_mobarm.exceptions import WorldError
+from drake_mobarm.world.obstacles import (
+    Obstacle,
+    box_corners,
+    cylinder_corners,
+)
+
+MODELS = Path(__file__).resolve().parent.parent / "models"
+_SHAPES = {"box", "cylinder"}
+
+
+@dataclass(frozen=True)
+class World:
+    """A building: its name, its SDF file, and what stands in it."""
+
+    name: str
+    path: Path
+    obstacles: tuple[Obstacle, ...]
+
+
+def world_names() -> list[str]:
+    """The shipped worlds' names."""
+    return sorted(path.stem for path in (MODELS / "worlds").glob("*.sdf"))
+
+
+def find_world(name_or_path: str) -> Path:
+    """The SDF file of a shipped world or a path.
+
+    Raises:
+        WorldError: there is no such world; it lists those there are.
+    """
+    if name_or_path in world_names():
+        return MODELS / "worlds" / f"{name_or_path}.sdf"
+    path = Path(name_or_path)
+    if path.suffix == ".sdf" and path.is_file():
+        return path.resolve()
+    raise WorldError(
+        f"unknown world {name_or_path!r}: valid are "
+        f"{', '.join(world_names())}, or the path of an .sdf file")
+
+
+def load_world(name_or_path: str) -> World:
+    """Reads a world: an SDF of static boxes and cylinders.
+
+    Raises:
+        WorldError: no such world, or the file holds something else; it
+            names the file and the element.
+    """
+    path = find_world(name_or_path)
+    return _load(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=16)
+def _load(path: Path, _modified: int) -> World:
+    _check_shapes(path)
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    try:
+        Parser(plant).AddModels(str(path))
+        plant.Finalize()
+    except RuntimeError as error:
+        line = " ".join(str(error).split())
+        raise WorldError(f"world {path}: {line}") from error
+    return World(path.stem, path, _read_obstacles(plant, scene_graph, path))
+
+
+def _check_shapes(path: Path) -> None:
+    """Names a wrong shape before Drake tries to load what it refers to."""
+    try:
+        root = ElementTree.parse(path).getroot()
+    except (ElementTree.ParseError, UnicodeDecodeError) as error:
+        raise WorldError(f"world {path}: not valid XML: {error}") from error
+    if root.tag != "sdf":
+        raise WorldError(f"world {path}: the root is <{root.tag}>, not <sdf>")
+    for owner in root.iter():
+        if owner.tag not in ("collision", "visual"):
+            continue
+        for shape in owner.findall("geometry/*"):
+            if shape.tag not in _SHAPES:
+                raise WorldError(
+                    f"world {path}: {owner.tag} {owner.get('name')!r} is a "
+                    f"{shape.tag}; a world is made of box and cylinder")
+
+
+def _read_obstacles(plant: MultibodyPlant, scene_graph: SceneGraph,
+                    path: Path) -> tuple[Obstacle, ...]:
+    inspector = scene_graph.model_inspector()
+    context = plant.CreateDefaultContext()
+    obstacles = []
+    for number in range(plant.num_bodies()):
+        body = plant.get_body(BodyIndex(number))
+        if not plant.IsAnchored(body):
+            raise WorldError(
+                f"world {path}: link {body.name()!r} can move; write "
+                "<static>true</static> in its model")
+        X_WB = body.EvalPoseInWorld(context)
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            name = inspector.GetName(geometry).split("::")[-1]
+            shape = inspector.GetShape(geometry)
+            if isinstance(shape, Box):
+                corners = box_corners(np.asarray(shape.size()))
+            elif isinstance(shape, Cylinder):
+                corners = cylinder_corners(shape.radius(), shape.length())
+            else:
+                raise WorldError(
+                    f"world {path}: collision {name!r} is a "
+                    f"{type(shape).__name__}; a world is made of box and "
+                    "cylinder")
+            X_WG = X_WB @ inspector.GetPoseInFrame(geometry)
+            corners_W = X_WG.multiply(corners.T).T
+            if not np.all(np.isfinite(corners_W)):
+                raise WorldError(f"world {path}: {name!r} is not finite")
+            obstacles.append(Obstacle(name, corners_W))
+    return tuple(obstacles)

@@ -1,0 +1,192 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.sensors.beacon import (
+    MIN_DISTANCE,
+    NOISE_CONFIGURATIONS,
+    BeaconNoise,
+    distance_moments,
+    in_field_of_view,
+    read_beacon,
+)
+from drake_mobarm.sensors.rssi import (
+    BEACONS,
+    RssiModel,
+    fit_rssi_model,
+    sample_calibration,
+)
+
+UNIT = st.floats(0, 1, exclude_max=True)
+MODEL = RssiModel(rssi_at_1m=-60.0, path_loss_exponent=2.0)
+QUIET = [0.5, 0.5, 0.5]
+
+
+def read(pose, target, noise, uniform):
+    angle, rssi = read_beacon(pose, target, noise, uniform, MODEL)
+    return angle, MODEL.distance(rssi)
+
+
+def test_noise_configurations_are_those_of_table_2_2():
+    rows = {
+        number: (
+            round(math.degrees(noise.angle), 9),
+            noise.relative_distance,
+            noise.absolute_distance,
+        )
+        for number, noise in NOISE_CONFIGURATIONS.items()
+    }
+    assert rows == {
+        1: (5, 0.05, 0),
+        2: (5, 0.10, 0),
+        3: (10, 0.10, 0),
+        4: (10, 0.20, 0),
+        5: (20, 0.20, 1),
+    }
+
+
+def test_rssi_falls_by_twenty_decibels_a_decade_in_free_space():
+    np.testing.assert_allclose(MODEL.rssi([0.1, 1, 10]), [-40, -60, -80])
+
+
+@given(st.sampled_from(sorted(BEACONS)), st.floats(MIN_DISTANCE, 30))
+def test_distance_is_the_inverse_of_rssi(name, distance):
+    model = BEACONS[name]
+    assert model.distance(model.rssi(distance)) == pytest.approx(distance)
+
+
+def test_reading_without_noise_is_the_exact_bearing_and_distance():
+    # Facing +y, the target 3 m to the right and 4 m ahead.
+    angle, distance = read([1, 2, math.pi / 2], [4, 6], BeaconNoise(), QUIET)
+    assert angle == pytest.approx(-math.atan2(3, 4))
+    assert distance == pytest.approx(5)
+
+
+def test_extreme_random_numbers_give_the_ends_of_the_noise():
+    noise = BeaconNoise(angle=0.3, relative_distance=0.2, absolute_distance=1.0)
+    low = read([0, 0, 0], [10, 0], noise, [0, 0, 0])
+    assert low == pytest.approx((-0.3, 10 * 0.8 - 1))
+    mixed = read([0, 0, 0], [10, 0], noise, [0.75, 0.25, 0.5])
+    assert mixed == pytest.approx((0.15, 10 * 0.9))
+
+
+def test_a_reading_is_never_nearer_than_the_least_distance():
+    _, distance = read(
+        [0, 0, 0], [0.5, 0], NOISE_CONFIGURATIONS[5], [0.5, 0.5, 0]
+    )
+    assert distance == pytest.approx(MIN_DISTANCE)
+
+
+@given(
+    yaw=st.floats(-10, 10),
+    bearing=st.floats(-3, 3),
+    uniform=st.tuples(UNIT, UNIT, UNIT),
+)
+def test_angles_stay_within_half_a_turn_and_their_noise(yaw, bearing, uniform):
+    noise = NOISE_CONFIGURATIONS[4]
+    target = [2 * math.cos(bearing), 2 * math.sin(bearing)]
+    angle, distance = read([0, 0, yaw], target, noise, uniform)
+    assert -math.pi <= angle <= math.pi
+    off = math.remainder(angle + yaw - bearing, 2 * math.pi)
+    assert abs(off) <= noise.angle + 1e-9
+    assert 1.6 - 1e-9 <= distance <= 2.4 + 1e-9
+
+
+def test_calibration_without_noise_recovers_the_model():
+    model = BEACONS["beacon_2"]
+    distances = np.linspace(0.5, 10, 20)
+    rssi = sample_calibration(model, distances, 0, np.random.default_rng(0))
+    fitted = fit_rssi_model(rssi, distances)
+    assert fitted.rssi_at_1m == pytest.approx(-65)
+    assert fitted.path_loss_exponent == pytest.approx(2.4)
+
+
+def test_calibration_is_the_least_squares_line():
+    # By hand: decades x = 0, 1, 2 and y = -60, -75, -102. The mean is -79 at
+    # x = 1 and the slope (-102 + 60) / 2 = -21, so y(0) = -58.
+    fitted = fit_rssi_model([-60, -75, -102], [1, 10, 100])
+    assert fitted.rssi_at_1m == pytest.approx(-58)
+    assert fitted.path_loss_exponent == pytest.approx(2.1)
+
+
+def test_calibration_noise_has_the_given_deviation():
+    rng = np.random.default_rng(1)
+    rssi = sample_calibration(MODEL, np.ones(20000), 3.0, rng)
+    assert rssi.mean() == pytest.approx(-60, abs=0.1)
+    assert rssi.std() == pytest.approx(3, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("rssi", "distance", "word"),
+    [
+        ([-60, -61], [1, 1], "distinct"),
+        ([-60], [1], "distinct"),
+        ([-60, math.nan], [1, 2], "rssi"),
+        ([-60, -70], [1, math.inf], "distance"),
+        ([-60, -70], [0, 1], "distance"),
+        ([-60, -70, -80], [1, 2], "shape"),
+        ([-70, -60], [1, 2], "path_loss_exponent"),
+    ],
+)
+def test_calibration_refuses_data_that_cannot_be_fitted(rssi, distance, word):
+    with pytest.raises(ParameterError, match=word):
+        fit_rssi_model(rssi, distance)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value"),
+    [
+        (BeaconNoise, "angle", -0.1),
+        (BeaconNoise, "angle", math.nan),
+        (BeaconNoise, "relative_distance", 1.0),
+        (BeaconNoise, "absolute_distance", math.inf),
+        (RssiModel, "rssi_at_1m", math.nan),
+        (RssiModel, "path_loss_exponent", 0.0),
+    ],
+)
+def test_invalid_parameters_are_refused_by_name(kind, field, value):
+    with pytest.raises(ParameterError, match=field) as caught:
+        kind(**{field: value})
+    assert str(value) in str(caught.value)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_field_of_view_is_symmetric_closed_and_wraps():
+    half = math.pi / 2
+    assert in_field_of_view(half, half)
+    assert in_field_of_view(-half, half)
+    assert not in_field_of_view(half + 0.01, half)
+    assert not in_field_of_view(-half - 0.01, half)
+    assert in_field_of_view(2 * math.pi + 0.1, half)
+    assert in_field_of_view(math.pi, math.pi)
+
+
+@pytest.mark.parametrize("distance", [0.05, 0.1, 0.3, 0.8, 1.2, 5.0])
+@pytest.mark.parametrize(
+    "noise",
+    [
+        *NOISE_CONFIGURATIONS.values(),
+        BeaconNoise(absolute_distance=1.0),
+        BeaconNoise(relative_distance=0.3, absolute_distance=1e-7),
+    ],
+)
+def test_distance_moments_are_those_of_the_clipped_noise(distance, noise):
+    # The same integral by midpoints, over both random numbers.
+    u = (np.arange(1000) + 0.5) / 500 - 1
+    reading = np.maximum(
+        distance * (1 + u[:, None] * noise.relative_distance)
+        + u[None, :] * noise.absolute_distance,
+        MIN_DISTANCE,
+    )
+    mean, variance = distance_moments(distance, noise)
+    assert mean == pytest.approx(reading.mean(), abs=2e-5)
+    assert variance == pytest.approx(reading.var(), abs=2e-5)
+
+
+def test_distance_moments_without_noise_are_the_distance_and_nothing():
+    assert distance_moments(2.0, BeaconNoise()) == pytest.approx((2.0, 0.0))
+    assert distance_moments(0.01, BeaconNoise()) == (MIN_DISTANCE, 0.0)

@@ -1,0 +1,1 @@
+"""Block diagrams: what is connected to what."""

@@ -127,7 +127,9 @@ def make_estimator(scenario: HomingScenario, seed: int) -> TargetEstimator:
     return FilterEstimator(scenario.filter, noise, *common)
 
 
-def make_guide(scenario: HomingScenario) -> ObstacleAvoidance | StraightToTarget:
+def make_guide(
+    scenario: HomingScenario,
+) -> ObstacleAvoidance | StraightToTarget:
     """The avoidance that the scenario names."""
     if scenario.avoidance == "none":
         return StraightToTarget()

@@ -50,49 +50,73 @@ def _make_parser() -> argparse.ArgumentParser:
 
     command = commands.add_parser("run", help="simulate a scenario")
     command.add_argument(
-        "scenario", metavar="SCENARIO",
-        help="a shipped scenario's name, or the path of a YAML file")
+        "scenario",
+        metavar="SCENARIO",
+        help="a shipped scenario's name, or the path of a YAML file",
+    )
     command.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="where to write (default: runs/SCENARIO-seedN)")
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where to write (default: runs/SCENARIO-seedN)",
+    )
     command.add_argument(
-        "--seed", type=_count, default=0, help="of all noise (default: 0)")
+        "--seed", type=_count, default=0, help="of all noise (default: 0)"
+    )
     command.add_argument(
-        "--set", dest="overrides", action="append", default=[],
-        metavar="KEY.PATH=VALUE", help="change a value of the scenario")
+        "--set",
+        dest="overrides",
+        action="append",
+        default=[],
+        metavar="KEY.PATH=VALUE",
+        help="change a value of the scenario",
+    )
     command.add_argument(
-        "--no-html", action="store_true", help="leave out the recording")
+        "--no-html", action="store_true", help="leave out the recording"
+    )
     command.add_argument(
-        "--live", action="store_true",
-        help="watch in a browser while it runs, at real time")
+        "--live",
+        action="store_true",
+        help="watch in a browser while it runs, at real time",
+    )
     command.set_defaults(command=_run)
 
     command = commands.add_parser(
-        "reproduce", help="run a table's experiment and compare")
+        "reproduce", help="run a table's experiment and compare"
+    )
+    command.add_argument("table", metavar="TABLE", help=", ".join(TABLES))
     command.add_argument(
-        "table", metavar="TABLE", help=", ".join(TABLES))
+        "--trials", type=_positive, help="how many a case (default: all)"
+    )
     command.add_argument(
-        "--trials", type=_positive, help="how many a case (default: all)")
-    command.add_argument(
-        "--jobs", type=_positive, default=None,
-        help="processes (default: one a core)")
+        "--jobs",
+        type=_positive,
+        default=None,
+        help="processes (default: one a core)",
+    )
     command.add_argument("--seed", type=_count, default=0)
     command.add_argument(
-        "--out", type=Path, metavar="DIR",
-        help="where to write, and to go on from (default: runs/table-TABLE)")
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where to write, and to go on from (default: runs/table-TABLE)",
+    )
     command.add_argument(
-        "--dask", metavar="ADDRESS", help="of a Dask scheduler to work on")
+        "--dask", metavar="ADDRESS", help="of a Dask scheduler to work on"
+    )
     command.set_defaults(command=_reproduce)
 
-    command = commands.add_parser(
-        "list", help="scenarios, worlds and tables")
+    command = commands.add_parser("list", help="scenarios, worlds and tables")
     command.set_defaults(command=_list)
 
     command = commands.add_parser("draw", help="draw the block diagram")
     command.add_argument("scenario", metavar="SCENARIO")
     command.add_argument(
-        "--out", type=Path, metavar="FILE",
-        help="DOT, or SVG by its ending (default: DOT to the terminal)")
+        "--out",
+        type=Path,
+        metavar="FILE",
+        help="DOT, or SVG by its ending (default: DOT to the terminal)",
+    )
     command.set_defaults(command=_draw)
     return parser
 
@@ -117,15 +141,22 @@ def _run(options: argparse.Namespace) -> int:
     folder = options.out or Path("runs") / f"{name}-seed{options.seed}"
     with staged_folder(folder) as stage:
         bar = tqdm(
-            total=scenario.time_limit, unit="s", disable=None, leave=False,
+            total=scenario.time_limit,
+            unit="s",
+            disable=None,
+            leave=False,
             bar_format="{desc} {n:.1f} s simulated, {elapsed} passed",
-            desc=name)
+            desc=name,
+        )
         with bar:
             result = run(
-                scenario, options.seed,
-                record=not options.no_html, live=options.live,
+                scenario,
+                options.seed,
+                record=not options.no_html,
+                live=options.live,
                 on_progress=lambda time: bar.update(time - bar.n),
-                on_live=lambda address: print(f"watch at {address}"))
+                on_live=lambda address: print(f"watch at {address}"),
+            )
         save_run(result, stage)
     _print_result(result, folder)
     return SUCCESS if result.success else FAILURE
@@ -136,32 +167,48 @@ def _print_result(result: Result, folder: Path) -> None:
     verdict = "success" if result.success else "no success"
     print(f"{verdict}: {result.reason}")
     for label, value in (
-            ("time", f"{m['time_to_target_s']:.1f} s, "
-             f"{result.real_time_factor:.0f} times real time"),
-            ("estimate off by", f"{m['goal_position_error_m']:.3f} m"),
-            ("robot to beacon", f"{m['final_position_error_m']:.3f} m"),
-            ("path", f"{m['distance_travelled_m']:.2f} m, efficiency "
-             f"{m['path_efficiency']:.2f}"),
-            ("contacts", f"{m['contacts']:.0f}")):
+        (
+            "time",
+            f"{m['time_to_target_s']:.1f} s, "
+            f"{result.real_time_factor:.0f} times real time",
+        ),
+        ("estimate off by", f"{m['goal_position_error_m']:.3f} m"),
+        ("robot to beacon", f"{m['final_position_error_m']:.3f} m"),
+        (
+            "path",
+            f"{m['distance_travelled_m']:.2f} m, efficiency "
+            f"{m['path_efficiency']:.2f}",
+        ),
+        ("contacts", f"{m['contacts']:.0f}"),
+    ):
         print(f"  {label:<16} {value}")
-    shown = ("recording.html" if result.recording is not None
-             else "trajectory.png")
+    shown = (
+        "recording.html" if result.recording is not None else "trajectory.png"
+    )
     print(f"open {folder / shown}")
 
 
 def _reproduce(options: argparse.Namespace) -> int:
     folder = options.out or Path("runs") / f"table-{options.table}"
-    reproduce(options.table, folder, trials=options.trials,
-              jobs=options.jobs, seed=options.seed, dask=options.dask)
+    reproduce(
+        options.table,
+        folder,
+        trials=options.trials,
+        jobs=options.jobs,
+        seed=options.seed,
+        dask=options.dask,
+    )
     print((folder / "table.md").read_text())
     print(f"written to {folder}")
     return SUCCESS
 
 
 def _list(options: argparse.Namespace) -> int:
-    for title, names in (("scenarios", scenario_names()),
-                         ("worlds", world_names()),
-                         ("tables", list(TABLES))):
+    for title, names in (
+        ("scenarios", scenario_names()),
+        ("worlds", world_names()),
+        ("tables", list(TABLES)),
+    ):
         print(f"{title}: {', '.join(names)}")
     return SUCCESS
 
@@ -187,6 +234,8 @@ def _render(dot: str, drawing: Path) -> None:
     if program is None:
         raise OutputError(
             f"{drawing.name}: SVG needs Graphviz's program `dot`; without it "
-            "write a .dot file")
-    subprocess.run([program, "-Tsvg", "-o", str(drawing)], input=dot,
-                   text=True, check=True)
+            "write a .dot file"
+        )
+    subprocess.run(
+        [program, "-Tsvg", "-o", str(drawing)], input=dot, text=True, check=True
+    )

@@ -34,3 +34,12 @@ def transform_points(pose: ArrayLike, p_BP: ArrayLike) -> Array:
     """
     x, y, yaw = np.asarray(pose, dtype=float)
     return np.asarray(p_BP, dtype=float) @ rotation(yaw).T + (x, y)
+
+
+def clip_magnitude(values: Array, limit: ArrayLike) -> Array:
+    """Values held within +-limit, elementwise.
+
+    For the few numbers of a control law np.clip takes four times as long.
+    """
+    clipped: Array = np.minimum(np.maximum(values, -np.asarray(limit)), limit)
+    return clipped

@@ -143,8 +143,7 @@ def load_scenario(
     kind = values.get("diagram")
     if kind not in SCENARIO_TYPES:
         raise ScenarioError(
-            f"{path}: diagram is {kind!r}: valid is "
-            f"{', '.join(SCENARIO_TYPES)}"
+            f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
         )
     schema = SCENARIO_TYPES[kind]
     _check_fields(schema, values, path, "")
@@ -195,8 +194,7 @@ def check_places(scenario: HomingScenario, world: World) -> None:
     for name, place in (("start", start), ("beacon", beacon)):
         if indoors and regions[grid.index(place)] == 1:
             raise ScenarioError(
-                f"{name} {place.tolist()} is outside the walls of "
-                f"{world.name}"
+                f"{name} {place.tolist()} is outside the walls of {world.name}"
             )
 
 
@@ -254,9 +252,7 @@ def _check_fields(
                 f"{path}: unknown key {prefix}{key}: valid are "
                 f"{', '.join(prefix + f for f in fields)}"
             )
-        values[key] = _check_value(
-            kinds[key], value, path, f"{prefix}{key}"
-        )
+        values[key] = _check_value(kinds[key], value, path, f"{prefix}{key}")
 
 
 def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
@@ -288,11 +284,8 @@ def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
             raise ScenarioError(
                 f"{path}: {name} is {value}: it has to be finite"
             )
-    if not isinstance(value, kind) or (
-        kind is int and isinstance(value, bool)
-    ):
+    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise ScenarioError(
-            f"{path}: {name} is {value!r}: it has to be of type "
-            f"{kind.__name__}"
+            f"{path}: {name} is {value!r}: it has to be of type {kind.__name__}"
         )
     return value

@@ -16,15 +16,26 @@ PlanarPose = namedview("PlanarPose", ["x", "y", "yaw"])
 BaseVelocity = namedview("BaseVelocity", ["v", "w"])
 """Forward and turning speed [m/s, rad/s]."""
 
-WheelState = namedview("WheelState", [
-    "angle_left", "angle_right", "speed_left", "speed_right"])
+WheelState = namedview(
+    "WheelState", ["angle_left", "angle_right", "speed_left", "speed_right"]
+)
 """Wheel joints [rad, rad, rad/s, rad/s]."""
 
-ARM_JOINTS = ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle",
-              "wrist_rotate")
-ArmState = namedview("ArmState", [
-    *(f"{joint}_q" for joint in ARM_JOINTS),
-    *(f"{joint}_v" for joint in ARM_JOINTS)])
+ARM_JOINTS = (
+    "waist",
+    "shoulder",
+    "elbow",
+    "forearm_roll",
+    "wrist_angle",
+    "wrist_rotate",
+)
+ArmState = namedview(
+    "ArmState",
+    [
+        *(f"{joint}_q" for joint in ARM_JOINTS),
+        *(f"{joint}_v" for joint in ARM_JOINTS),
+    ],
+)
 """Arm joints: six positions [rad], then six velocities [rad/s]."""
 
 BeaconReading = namedview("BeaconReading", ["angle", "rssi", "valid"])
@@ -38,7 +49,8 @@ Waypoint = namedview("Waypoint", ["x", "y", "speed_limit"])
 """Where to drive next, p_WQ [m, m], and how fast at most [m/s]; a negative
 limit means: straight backwards. NaN for x and y: turn on the spot."""
 
-GroundTruth = namedview("GroundTruth", [
-    "x", "y", "yaw", "v", "w", "touching", "contacts"])
+GroundTruth = namedview(
+    "GroundTruth", ["x", "y", "yaw", "v", "w", "touching", "contacts"]
+)
 """True pose [m, m, rad] and velocity [m/s, rad/s] of the base, 1 while the
 robot touches an obstacle, and how often it has."""

@@ -107,9 +107,7 @@ def run(
         on_progress: called with the simulated time [s] now and then.
         on_live: called with the address to open, once it is there.
     """
-    require(
-        0 <= seed < 2**63, "seed", seed, "a whole number, 0 or more"
-    )
+    require(0 <= seed < 2**63, "seed", seed, "a whole number, 0 or more")
     calibration_seed, noise_seed = (
         int(s) for s in np.random.SeedSequence(seed).generate_state(2)
     )

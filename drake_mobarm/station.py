@@ -12,7 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.common import RandomDistribution
-from pydrake.geometry import Box, SceneGraph
+from pydrake.geometry import (
+    AddContactMaterial,
+    Box,
+    ProximityProperties,
+    SceneGraph,
+)
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
@@ -54,6 +59,7 @@ ANTENNA_POSITION = (0.2, 0.0)
 
 _ROLLING = {"wheel_left", "wheel_right", "caster_front", "caster_rear"}
 _GROUND_SIZE = 200.0
+_GROUND_STIFFNESS = 1e8  # [N/m], as the wheels'
 
 
 @dataclass(kw_only=True)
@@ -73,19 +79,31 @@ class StationParameters:
     stowed: list[float] = field(default_factory=lambda: list(STOWED))
     lidar: LidarParameters = field(default_factory=LidarParameters)
     beacon: BeaconParameters = field(default_factory=BeaconParameters)
-    base_drive: BaseDriveParameters = field(
-        default_factory=BaseDriveParameters)
+    base_drive: BaseDriveParameters = field(default_factory=BaseDriveParameters)
     arm_drive: ArmDriveParameters = field(default_factory=ArmDriveParameters)
 
     def __post_init__(self) -> None:
-        require(0 < self.time_step <= 0.01, "station.time_step",
-                self.time_step, "above 0, up to 0.01 s")
-        require(len(self.stowed) == 6 and bool(np.isfinite(self.stowed).all()),
-                "station.stowed", self.stowed, "six finite joint angles")
+        require(
+            0 < self.time_step <= 0.01,
+            "station.time_step",
+            self.time_step,
+            "above 0, up to 0.01 s",
+        )
+        require(
+            len(self.stowed) == 6 and bool(np.isfinite(self.stowed).all()),
+            "station.stowed",
+            self.stowed,
+            "six finite joint angles",
+        )
 
 
-def build_station(world: World, start: list[float], beacon: list[float],
-                  noise: int, parameters: StationParameters) -> Diagram:
+def build_station(
+    world: World,
+    start: list[float],
+    beacon: list[float],
+    noise: int,
+    parameters: StationParameters,
+) -> Diagram:
     """Wires the station.
 
     Args:
@@ -109,29 +127,58 @@ def build_station(world: World, start: list[float], beacon: list[float],
     positions = plant.num_positions(robot)
     states = plant.num_multibody_states(robot)
 
-    wheel_state = builder.AddNamedSystem("wheel_encoders", MatrixGain(
-        _select_joints(plant, ("wheel_left", "wheel_right"))))
-    arm_state = builder.AddNamedSystem("arm_encoders", MatrixGain(
-        _select_joints(plant, ARM_JOINTS)))
+    wheel_state = builder.AddNamedSystem(
+        "wheel_encoders",
+        MatrixGain(_select_joints(plant, ("wheel_left", "wheel_right"))),
+    )
+    arm_state = builder.AddNamedSystem(
+        "arm_encoders", MatrixGain(_select_joints(plant, ARM_JOINTS))
+    )
     truth = builder.AddNamedSystem("base_truth", BaseTruth(positions, states))
-    monitor = builder.AddNamedSystem("ground_truth", GroundTruthMonitor(
-        _obstacle_contact_test(plant), rate=parameters.base_drive.rate))
-    odometry = builder.AddNamedSystem("odometry", Odometry(
-        parameters.base_drive.base, start, rate=parameters.base_drive.rate))
-    lidar = builder.AddNamedSystem("lidar", Lidar(
-        parameters.lidar, *_sides_at_scan_height(plant, world)))
-    antenna = builder.AddNamedSystem("beacon", BeaconSensor(
-        parameters.beacon, noise, np.array(ANTENNA_POSITION),
-        np.array(beacon)))
-    lidar_noise = builder.AddNamedSystem("lidar_noise", RandomSource(
-        RandomDistribution.kGaussian, parameters.lidar.rays,
-        1 / parameters.lidar.rate))
-    beacon_noise = builder.AddNamedSystem("beacon_noise", RandomSource(
-        RandomDistribution.kUniform, 4, 1 / parameters.beacon.rate))
+    monitor = builder.AddNamedSystem(
+        "ground_truth",
+        GroundTruthMonitor(
+            _obstacle_contact_test(plant), rate=parameters.base_drive.rate
+        ),
+    )
+    odometry = builder.AddNamedSystem(
+        "odometry",
+        Odometry(
+            parameters.base_drive.base, start, rate=parameters.base_drive.rate
+        ),
+    )
+    lidar = builder.AddNamedSystem(
+        "lidar", Lidar(parameters.lidar, *_sides_at_scan_height(plant, world))
+    )
+    antenna = builder.AddNamedSystem(
+        "beacon",
+        BeaconSensor(
+            parameters.beacon,
+            noise,
+            np.array(ANTENNA_POSITION),
+            np.array(beacon),
+        ),
+    )
+    lidar_noise = builder.AddNamedSystem(
+        "lidar_noise",
+        RandomSource(
+            RandomDistribution.kGaussian,
+            parameters.lidar.rays,
+            1 / parameters.lidar.rate,
+        ),
+    )
+    beacon_noise = builder.AddNamedSystem(
+        "beacon_noise",
+        RandomSource(
+            RandomDistribution.kUniform, 4, 1 / parameters.beacon.rate
+        ),
+    )
     base_driver = builder.AddNamedSystem(
-        "base_driver", BaseDriver(parameters.base_drive))
+        "base_driver", BaseDriver(parameters.base_drive)
+    )
     arm_driver = builder.AddNamedSystem(
-        "arm_driver", ArmDriver(parameters.arm_drive, parameters.stowed))
+        "arm_driver", ArmDriver(parameters.arm_drive, parameters.stowed)
+    )
     torques = builder.AddNamedSystem("torques", Multiplexer([2, 6]))
 
     robot_state = plant.get_state_output_port(robot)
@@ -140,64 +187,91 @@ def build_station(world: World, start: list[float], beacon: list[float],
     measured_wheels = wheel_state.get_output_port()
     measured_arm = arm_state.get_output_port()
     for sensor in (lidar, antenna, monitor):
-        builder.Connect(truth.GetOutputPort("base_pose"),
-                        sensor.GetInputPort("base_pose"))
-    builder.Connect(truth.GetOutputPort("base_velocity"),
-                    monitor.GetInputPort("base_velocity"))
-    builder.Connect(plant.get_contact_results_output_port(),
-                    monitor.GetInputPort("contact_results"))
-    builder.Connect(lidar_noise.get_output_port(),
-                    lidar.GetInputPort("noise"))
-    builder.Connect(beacon_noise.get_output_port(),
-                    antenna.GetInputPort("noise"))
+        builder.Connect(
+            truth.GetOutputPort("base_pose"), sensor.GetInputPort("base_pose")
+        )
+    builder.Connect(
+        truth.GetOutputPort("base_velocity"),
+        monitor.GetInputPort("base_velocity"),
+    )
+    builder.Connect(
+        plant.get_contact_results_output_port(),
+        monitor.GetInputPort("contact_results"),
+    )
+    builder.Connect(lidar_noise.get_output_port(), lidar.GetInputPort("noise"))
+    builder.Connect(
+        beacon_noise.get_output_port(), antenna.GetInputPort("noise")
+    )
     for reader in (odometry, base_driver):
-        builder.Connect(measured_wheels,
-                        reader.GetInputPort("measured_wheel_state"))
-    builder.Connect(measured_arm, arm_driver.GetInputPort(
-        "measured_arm_state"))
+        builder.Connect(
+            measured_wheels, reader.GetInputPort("measured_wheel_state")
+        )
+    builder.Connect(measured_arm, arm_driver.GetInputPort("measured_arm_state"))
     builder.Connect(base_driver.get_output_port(), torques.get_input_port(0))
     builder.Connect(arm_driver.get_output_port(), torques.get_input_port(1))
-    builder.Connect(torques.get_output_port(),
-                    plant.get_actuation_input_port(robot))
+    builder.Connect(
+        torques.get_output_port(), plant.get_actuation_input_port(robot)
+    )
 
-    builder.ExportInput(base_driver.GetInputPort("commanded_base_velocity"),
-                        "commanded_base_velocity")
-    builder.ExportInput(arm_driver.GetInputPort("desired_arm_state"),
-                        "desired_arm_state")
+    builder.ExportInput(
+        base_driver.GetInputPort("commanded_base_velocity"),
+        "commanded_base_velocity",
+    )
+    builder.ExportInput(
+        arm_driver.GetInputPort("desired_arm_state"), "desired_arm_state"
+    )
     for port, name in (
-            (odometry.GetOutputPort("measured_base_pose"), None),
-            (odometry.GetOutputPort("measured_base_velocity"), None),
-            (measured_wheels, "measured_wheel_state"),
-            (measured_arm, "measured_arm_state"),
-            (lidar.GetOutputPort("lidar_ranges"), None),
-            (antenna.GetOutputPort("beacon_reading"), None),
-            (monitor.GetOutputPort("ground_truth"), None),
-            (scene_graph.get_query_output_port(), "query_object")):
+        (odometry.GetOutputPort("measured_base_pose"), None),
+        (odometry.GetOutputPort("measured_base_velocity"), None),
+        (measured_wheels, "measured_wheel_state"),
+        (measured_arm, "measured_arm_state"),
+        (lidar.GetOutputPort("lidar_ranges"), None),
+        (antenna.GetOutputPort("beacon_reading"), None),
+        (monitor.GetOutputPort("ground_truth"), None),
+        (scene_graph.get_query_output_port(), "query_object"),
+    ):
         builder.ExportOutput(port, name or port.get_name())
     station: Diagram = builder.Build()
     station.set_name("station")
     return station
 
 
-def _add_plant(builder: DiagramBuilder, world: World, start: list[float],
-               parameters: StationParameters) -> tuple[
-                   MultibodyPlant, SceneGraph]:
+def _add_plant(
+    builder: DiagramBuilder,
+    world: World,
+    start: list[float],
+    parameters: StationParameters,
+) -> tuple[MultibodyPlant, SceneGraph]:
     plant, scene_graph = AddMultibodyPlant(
-        builder=builder, config=MultibodyPlantConfig(
-            time_step=parameters.time_step, contact_model="point",
-            discrete_contact_approximation="lagged"))
+        builder=builder,
+        config=MultibodyPlantConfig(
+            time_step=parameters.time_step,
+            contact_model="point",
+            discrete_contact_approximation="lagged",
+        ),
+    )
     parser = Parser(plant)
     parser.AddModels(str(MODELS / "mobile_arm.urdf"))
     parser.AddModels(str(world.path))
+    ground = ProximityProperties()
+    AddContactMaterial(
+        friction=CoulombFriction(1.0, 1.0),
+        point_stiffness=_GROUND_STIFFNESS,
+        properties=ground,
+    )
     plant.RegisterCollisionGeometry(
-        plant.world_body(), RigidTransform([0, 0, -_GROUND_SIZE / 2]),
-        Box(_GROUND_SIZE, _GROUND_SIZE, _GROUND_SIZE), "ground",
-        CoulombFriction(1.0, 1.0))
+        plant.world_body(),
+        RigidTransform([0, 0, -_GROUND_SIZE / 2]),
+        Box(_GROUND_SIZE, _GROUND_SIZE, _GROUND_SIZE),
+        "ground",
+        ground,
+    )
     plant.Finalize()
     x, y, yaw = start
     plant.SetDefaultFloatingBaseBodyPose(
         plant.GetBodyByName("base"),
-        RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]))
+        RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]),
+    )
     for name, q in zip(ARM_JOINTS, parameters.stowed, strict=True):
         plant.GetJointByName(name).set_default_positions([q])
     return plant, scene_graph
@@ -207,13 +281,15 @@ def _select_joints(plant: MultibodyPlant, names: tuple[str, ...]) -> Array:
     """Picks joint positions, then velocities, out of the robot's state."""
     joints = [plant.GetJointByName(name) for name in names]
     rows = [joint.position_start() for joint in joints] + [
-        plant.num_positions() + joint.velocity_start() for joint in joints]
+        plant.num_positions() + joint.velocity_start() for joint in joints
+    ]
     selection: Array = np.eye(plant.num_multibody_states())[rows]
     return selection
 
 
-def _sides_at_scan_height(plant: MultibodyPlant,
-                          world: World) -> tuple[Array, Array]:
+def _sides_at_scan_height(
+    plant: MultibodyPlant, world: World
+) -> tuple[Array, Array]:
     X_BL = plant.GetFrameByName("lidar").GetFixedPoseInBodyFrame()
     height = X_BL.translation()[2]
     return outlines_to_segments(outlines(world.obstacles, height, height))
@@ -222,8 +298,11 @@ def _sides_at_scan_height(plant: MultibodyPlant,
 def _obstacle_contact_test(plant: MultibodyPlant):  # type: ignore[no-untyped-def]
     robot = plant.GetModelInstanceByName("mobile_arm")
     body_indices = set(plant.GetBodyIndices(robot))
-    touchable = {index for index in body_indices
-                 if plant.get_body(index).name() not in _ROLLING}
+    touchable = {
+        index
+        for index in body_indices
+        if plant.get_body(index).name() not in _ROLLING
+    }
 
     def is_obstacle_contact(contact: PointPairContactInfo) -> bool:
         pair = {contact.bodyA_index(), contact.bodyB_index()}

@@ -147,9 +147,7 @@ def test_the_deviation_is_honest(configuration):
         target = rng.uniform(-4, 4, 2)
         if np.linalg.norm(target - path, axis=1).min() < 0.5:
             continue
-        state = run(
-            noise, path, *readings(configuration, path, seed, target)
-        )
+        state = run(noise, path, *readings(configuration, path, seed, target))
         error = estimate(state) - target
         errors.append(error @ np.linalg.solve(state.covariance, error))
     assert len(errors) > 30
@@ -208,7 +206,10 @@ def test_an_accepted_reading_restores_patience():
     state = update(state, path[-1], 3.0, 0.1, MILD, PARAMETERS)
     dx, dy = TARGET - path[-1]
     bearing, distance = math.atan2(dy, dx), math.hypot(dx, dy)
-    assert update(state, path[-1], bearing, distance, MILD, PARAMETERS).refused == 0
+    assert (
+        update(state, path[-1], bearing, distance, MILD, PARAMETERS).refused
+        == 0
+    )
 
 
 def test_bearings_wrap():

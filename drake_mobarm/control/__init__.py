@@ -1,0 +1,1 @@
+"""The station's drivers (chapter 7): laws and systems."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_mobarm.exceptions import require
-from drake_mobarm.geometry import Array
+from drake_mobarm.geometry import Array, clip_magnitude
 
 # No-load speeds of XM430-W350 (five joints) and XL430-W250 at 12 V [rad/s].
 _NO_LOAD_SPEED = [4.817, 4.817, 4.817, 4.817, 4.817, 6.388]
@@ -28,28 +28,39 @@ class ArmDriveParameters:
     k_p: float = 400.0
     k_d: float = 40.0
     no_load_speed: list[float] = field(
-        default_factory=lambda: list(_NO_LOAD_SPEED))
+        default_factory=lambda: list(_NO_LOAD_SPEED)
+    )
 
     def __post_init__(self) -> None:
-        require(20 <= self.rate <= 100, "arm_drive.rate", self.rate,
-                "20 to 100 Hz")
+        require(
+            20 <= self.rate <= 100, "arm_drive.rate", self.rate, "20 to 100 Hz"
+        )
         for name in ("k_p", "k_d"):
             value = getattr(self, name)
             require(0 < value < np.inf, f"arm_drive.{name}", value, "above 0")
-        require(len(self.no_load_speed) == 6
-                and all(0 < x < np.inf for x in self.no_load_speed),
-                "arm_drive.no_load_speed", self.no_load_speed,
-                "six numbers above 0")
+        require(
+            len(self.no_load_speed) == 6
+            and all(0 < x < np.inf for x in self.no_load_speed),
+            "arm_drive.no_load_speed",
+            self.no_load_speed,
+            "six numbers above 0",
+        )
 
 
-def desired_acceleration(error: Array, error_rate: Array,
-                         parameters: ArmDriveParameters) -> Array:
-    """u = k_p e + k_d e' [rad/s^2], (6,); (7.12)."""
+def desired_acceleration(
+    error: Array, error_rate: Array, parameters: ArmDriveParameters
+) -> Array:
+    """U = k_p e + k_d e' [rad/s^2], (6,); (7.12)."""
     return parameters.k_p * error + parameters.k_d * error_rate
 
 
-def limit_reference(reference: Array, desired: ArrayLike, step: float,
-                    speed_limit: Array, acceleration_limit: Array) -> Array:
+def limit_reference(
+    reference: Array,
+    desired: ArrayLike,
+    step: float,
+    speed_limit: Array,
+    acceleration_limit: Array,
+) -> Array:
     """A joint reference one step nearer to the desired state.
 
     A desired motion within the limits is followed exactly; a jump becomes a
@@ -67,24 +78,26 @@ def limit_reference(reference: Array, desired: ArrayLike, step: float,
     """
     (q, v), (q_goal, v_goal) = reference, np.asarray(desired)
     error = q_goal - q
-    # The speed from which the limit can still brake within the error.
-    brake = np.sqrt(2 * acceleration_limit * np.abs(error) + (
-        acceleration_limit * step / 2)**2) - acceleration_limit * step / 2
-    catch_up = np.sign(error) * np.minimum(np.abs(error) / step, brake)
-    wanted = np.clip(v_goal + catch_up, -speed_limit, speed_limit)
     room = acceleration_limit * step
-    v_next = v + np.clip(wanted - v, -room, room)
+    # The speed from which the limit can still brake within the error.
+    brake = (
+        np.sqrt(2 * acceleration_limit * np.abs(error) + room**2 / 4) - room / 2
+    )
+    catch_up = clip_magnitude(error / step, brake)
+    wanted = clip_magnitude(v_goal + catch_up, speed_limit)
+    v_next = v + clip_magnitude(wanted - v, room)
     return np.array([q + step * v_next, v_next])
 
 
-def limit_torque(torque: Array, speed: Array, stall: Array,
-                 no_load_speed: ArrayLike) -> Array:
+def limit_torque(
+    torque: Array, speed: Array, stall: Array, no_load_speed: ArrayLike
+) -> Array:
     """What the motors can give [N m], (n,), at a joint speed [rad/s].
 
     The limit is the stall torque at rest and falls linearly with speed in
     the direction of motion; against it a motor brakes with its stall torque.
     """
     share = speed / np.asarray(no_load_speed)
-    high = stall * np.clip(1 - share, 0, 1)
-    low = -stall * np.clip(1 + share, 0, 1)
-    return np.clip(torque, low, high)
+    high = stall * np.minimum(np.maximum(1 - share, 0), 1)
+    low = -stall * np.minimum(np.maximum(1 + share, 0), 1)
+    return np.minimum(np.maximum(torque, low), high)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_mobarm.exceptions import require
-from drake_mobarm.geometry import Array
+from drake_mobarm.geometry import Array, clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 
 
@@ -25,21 +25,26 @@ class BaseDriveParameters:
     rate: float = 50.0
     gain: list[float] = field(default_factory=lambda: [10.0, 10.0])
     speed_limit: list[float] = field(default_factory=lambda: [1.0, 2.0])
-    acceleration_limit: list[float] = field(
-        default_factory=lambda: [1.0, 3.0])
+    acceleration_limit: list[float] = field(default_factory=lambda: [1.0, 3.0])
     base: DifferentialDrive = field(default_factory=DifferentialDrive)
 
     def __post_init__(self) -> None:
-        require(10 <= self.rate <= 100, "base_drive.rate", self.rate,
-                "10 to 100 Hz")
+        require(
+            10 <= self.rate <= 100, "base_drive.rate", self.rate, "10 to 100 Hz"
+        )
         for name in ("gain", "speed_limit", "acceleration_limit"):
             value = getattr(self, name)
-            require(len(value) == 2 and all(0 < x < np.inf for x in value),
-                    f"base_drive.{name}", value, "two numbers above 0")
+            require(
+                len(value) == 2 and all(0 < x < np.inf for x in value),
+                f"base_drive.{name}",
+                value,
+                "two numbers above 0",
+            )
 
 
-def limit_velocity(command: ArrayLike,
-                   parameters: BaseDriveParameters) -> Array:
+def limit_velocity(
+    command: ArrayLike, parameters: BaseDriveParameters
+) -> Array:
     """The nearest velocity (v, w), (2,), that the wheels can turn.
 
     First v and w are limited each; then, where a wheel would be too fast,
@@ -47,18 +52,22 @@ def limit_velocity(command: ArrayLike,
     that is not finite becomes a halt.
     """
     velocity = np.asarray(command, dtype=float)
-    if not np.all(np.isfinite(velocity)):
+    if not np.isfinite(velocity).all():
         return np.zeros(2)
-    velocity = np.clip(velocity, -np.asarray(parameters.speed_limit),
-                       parameters.speed_limit)
+    velocity = clip_magnitude(velocity, parameters.speed_limit)
     fastest = np.abs(parameters.base.wheel_speeds(velocity)).max()
     limited: Array = velocity * min(
-        1.0, parameters.base.wheel_speed_limit / max(fastest, 1e-12))
+        1.0, parameters.base.wheel_speed_limit / max(fastest, 1e-12)
+    )
     return limited
 
 
-def ramp(reference: ArrayLike, target: ArrayLike, step: float,
-         parameters: BaseDriveParameters) -> Array:
+def ramp(
+    reference: ArrayLike,
+    target: ArrayLike,
+    step: float,
+    parameters: BaseDriveParameters,
+) -> Array:
     """The reference velocity (v, w), (2,), one step nearer to a target.
 
     Held to the acceleration limits of the base and of its wheels, the latter
@@ -66,17 +75,22 @@ def ramp(reference: ArrayLike, target: ArrayLike, step: float,
     """
     reference = np.asarray(reference, dtype=float)
     room = step * np.asarray(parameters.acceleration_limit)
-    change = np.clip(np.asarray(target) - reference, -room, room)
+    change = clip_magnitude(np.asarray(target) - reference, room)
     base = parameters.base
     fastest = np.abs(base.wheel_speeds(change)).max() / step
     ramped: Array = reference + change * min(
-        1.0, base.wheel_acceleration_limit / max(fastest, 1e-12))
+        1.0, base.wheel_acceleration_limit / max(fastest, 1e-12)
+    )
     return ramped
 
 
-def drive_torques(reference: ArrayLike, next_reference: ArrayLike,
-                  measured: ArrayLike, step: float,
-                  parameters: BaseDriveParameters) -> Array:
+def drive_torques(
+    reference: ArrayLike,
+    next_reference: ArrayLike,
+    measured: ArrayLike,
+    step: float,
+    parameters: BaseDriveParameters,
+) -> Array:
     """Wheel torques that bring the base to the next reference velocity.
 
     The acceleration that reaches it by the next step is fed forward, the
@@ -97,6 +111,4 @@ def drive_torques(reference: ArrayLike, next_reference: ArrayLike,
     error = reference - np.asarray(measured)
     acceleration = feedforward + np.asarray(parameters.gain) * error
     torques = parameters.base.wheel_torques(measured, acceleration)
-    limit = parameters.base.wheel_torque_limit
-    limited: Array = np.clip(torques, -limit, limit)
-    return limited
+    return clip_magnitude(torques, parameters.base.wheel_torque_limit)

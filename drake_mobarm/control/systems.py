@@ -52,9 +52,11 @@ class BaseDriver(LeafSystem):
         self._parameters = parameters
         self._step = 1 / parameters.rate
         self._command = self.DeclareVectorInputPort(
-            "commanded_base_velocity", size(BaseVelocity))
+            "commanded_base_velocity", size(BaseVelocity)
+        )
         self._wheels = self.DeclareVectorInputPort(
-            "measured_wheel_state", size(WheelState))
+            "measured_wheel_state", size(WheelState)
+        )
         self._reference = self.DeclareDiscreteState(2)
         self._torque = self.DeclareDiscreteState(2)
         self.DeclareStateOutputPort("wheel_torque", self._torque)
@@ -63,13 +65,17 @@ class BaseDriver(LeafSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         wheels = WheelState(self._wheels.Eval(context))
         measured = self._parameters.base.body_velocity(
-            [wheels.speed_left, wheels.speed_right])
+            [wheels.speed_left, wheels.speed_right]
+        )
         reference = context.get_discrete_state(self._reference).value()
-        target = limit_velocity(
-            self._command.Eval(context), self._parameters)
+        target = limit_velocity(self._command.Eval(context), self._parameters)
         following = ramp(reference, target, self._step, self._parameters)
-        state.set_value(self._torque, drive_torques(
-            reference, following, measured, self._step, self._parameters))
+        state.set_value(
+            self._torque,
+            drive_torques(
+                reference, following, measured, self._step, self._parameters
+            ),
+        )
         state.set_value(self._reference, following)
 
 
@@ -90,18 +96,22 @@ class ArmDriver(LeafSystem):
     - arm_torque (6): [N m], held between updates.
     """
 
-    def __init__(self, parameters: ArmDriveParameters,
-                 initial_q: list[float]) -> None:
+    def __init__(
+        self, parameters: ArmDriveParameters, initial_q: list[float]
+    ) -> None:
         super().__init__()
         self._parameters = parameters
         self._step = 1 / parameters.rate
         self._model = _ArmModel()
         self._desired = self.DeclareVectorInputPort(
-            "desired_arm_state", size(ArmState))
+            "desired_arm_state", size(ArmState)
+        )
         self._measured = self.DeclareVectorInputPort(
-            "measured_arm_state", size(ArmState))
+            "measured_arm_state", size(ArmState)
+        )
         self._reference = self.DeclareDiscreteState(
-            np.concatenate([initial_q, np.zeros(6)]))
+            np.concatenate([initial_q, np.zeros(6)])
+        )
         self._torque = self.DeclareDiscreteState(6)
         self.DeclareStateOutputPort("arm_torque", self._torque)
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
@@ -109,20 +119,34 @@ class ArmDriver(LeafSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         measured = self._measured.Eval(context).reshape(2, 6)
         desired = self._desired.Eval(context).reshape(2, 6)
-        reference = context.get_discrete_state(
-            self._reference).value().reshape(2, 6)
+        reference = (
+            context.get_discrete_state(self._reference).value().reshape(2, 6)
+        )
         error, error_rate = reference - measured
         u = desired_acceleration(error, error_rate, self._parameters)
         torque = self._model.inverse_dynamics(*measured, u)
-        state.set_value(self._torque, limit_torque(
-            torque, measured[1], self._model.stall_torque,
-            self._parameters.no_load_speed))
+        state.set_value(
+            self._torque,
+            limit_torque(
+                torque,
+                measured[1],
+                self._model.stall_torque,
+                self._parameters.no_load_speed,
+            ),
+        )
         if np.all(np.isfinite(desired)):
-            state.set_value(self._reference, limit_reference(
-                reference, np.array([self._model.within_limits(desired[0]),
-                                     desired[1]]),
-                self._step, self._model.speed_limit,
-                self._model.acceleration_limit).ravel())
+            state.set_value(
+                self._reference,
+                limit_reference(
+                    reference,
+                    np.array(
+                        [self._model.within_limits(desired[0]), desired[1]]
+                    ),
+                    self._step,
+                    self._model.speed_limit,
+                    self._model.acceleration_limit,
+                ).ravel(),
+            )
 
 
 class _ArmModel:
@@ -132,38 +156,47 @@ class _ArmModel:
         self._plant = MultibodyPlant(0.0)
         Parser(self._plant).AddModels(str(MODELS / "mobile_arm.urdf"))
         self._plant.WeldFrames(
-            self._plant.world_frame(), self._plant.GetFrameByName("base"))
+            self._plant.world_frame(), self._plant.GetFrameByName("base")
+        )
         self._plant.Finalize()
         self._context = self._plant.CreateDefaultContext()
         joints = [self._plant.GetJointByName(name) for name in ARM_JOINTS]
         self._index = np.array([joint.velocity_start() for joint in joints])
-        self._q = np.zeros(self._plant.num_positions())
-        self._v = np.zeros(self._plant.num_velocities())
+        # Wheels stand still; base and wheels have as many speeds as angles.
+        self._state = np.zeros((2, self._plant.num_velocities()))
         self._u = np.zeros(self._plant.num_velocities())
-        self.stall_torque = np.array([
-            self._plant.GetJointActuatorByName(name).effort_limit()
-            for name in ARM_JOINTS])
-        self.speed_limit = np.array([
-            joint.velocity_upper_limits()[0] for joint in joints])
-        self.acceleration_limit = np.array([
-            joint.acceleration_upper_limits()[0] for joint in joints])
-        self._lower = np.array([
-            joint.position_lower_limits()[0] for joint in joints])
-        self._upper = np.array([
-            joint.position_upper_limits()[0] for joint in joints])
+        self._forces = MultibodyForces(self._plant)
+        self.stall_torque = np.array(
+            [
+                self._plant.GetJointActuatorByName(name).effort_limit()
+                for name in ARM_JOINTS
+            ]
+        )
+        self.speed_limit = np.array(
+            [joint.velocity_upper_limits()[0] for joint in joints]
+        )
+        self.acceleration_limit = np.array(
+            [joint.acceleration_upper_limits()[0] for joint in joints]
+        )
+        self._lower = np.array(
+            [joint.position_lower_limits()[0] for joint in joints]
+        )
+        self._upper = np.array(
+            [joint.position_upper_limits()[0] for joint in joints]
+        )
 
     def within_limits(self, q: Any) -> Any:
         return np.clip(q, self._lower, self._upper)
 
     def inverse_dynamics(self, q: Any, v: Any, u: Any) -> Any:
-        """tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
+        """Tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
         # All of the scratch context that matters is written before use.
-        self._q[self._index] = q
-        self._v[self._index] = v
+        self._state[:, self._index] = q, v
         self._u[self._index] = u
-        self._plant.SetPositions(self._context, self._q)
-        self._plant.SetVelocities(self._context, self._v)
-        forces = MultibodyForces(self._plant)
-        self._plant.CalcForceElementsContribution(self._context, forces)
+        self._plant.SetPositionsAndVelocities(
+            self._context, self._state.ravel()
+        )
+        self._plant.CalcForceElementsContribution(self._context, self._forces)
         return self._plant.CalcInverseDynamics(
-            self._context, self._u, forces)[self._index]
+            self._context, self._u, self._forces
+        )[self._index]

@@ -1,0 +1,1 @@
+"""The dissertation's tables, run anew."""

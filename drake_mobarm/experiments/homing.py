@@ -129,26 +129,38 @@ def do_trial(trial: Trial) -> Outcome:
     result = run(scenario, trial["seed"])
     trace = result.trace
     stride = round(_PATH_PERIOD / (trace["t"][1] - trace["t"][0]))
-    kept = np.unique(np.append(np.arange(0, len(trace["t"]), stride),
-                               len(trace["t"]) - 1))
-    path = np.column_stack([
-        trace["t"], trace["ground_truth"][:, :2],
-        trace["estimated_target"][:, :2]])[kept]
+    kept = np.unique(
+        np.append(np.arange(0, len(trace["t"]), stride), len(trace["t"]) - 1)
+    )
+    path = np.column_stack(
+        [
+            trace["t"],
+            trace["ground_truth"][:, :2],
+            trace["estimated_target"][:, :2],
+        ]
+    )[kept]
     x, y, yaw = trial["start"]
-    rooms = {key: trial[key] for key in ("start_room", "target_room")
-             if key in trial}
+    rooms = {
+        key: trial[key] for key in ("start_room", "target_room") if key in trial
+    }
     row = {
-        "trial": trial["trial"], "case": trial["case"], "seed": trial["seed"],
+        "trial": trial["trial"],
+        "case": trial["case"],
+        "seed": trial["seed"],
         **rooms,
-        "start_x_m": x, "start_y_m": y, "start_yaw_rad": yaw,
-        "beacon_x_m": trial["beacon"][0], "beacon_y_m": trial["beacon"][1],
-        "success": result.success, "reason": result.reason, **result.metrics,
+        "start_x_m": x,
+        "start_y_m": y,
+        "start_yaw_rad": yaw,
+        "beacon_x_m": trial["beacon"][0],
+        "beacon_y_m": trial["beacon"][1],
+        "success": result.success,
+        "reason": result.reason,
+        **result.metrics,
     }
     return {"row": row, "path": np.round(path, 4).tolist()}
 
 
-def _target_in_quadrant(rng: np.random.Generator, quadrant: int) -> list[
-        float]:
+def _target_in_quadrant(rng: np.random.Generator, quadrant: int) -> list[float]:
     sign_x, sign_y = ((1, 1), (-1, 1), (-1, -1), (1, -1))[quadrant]
     while True:
         x, y = rng.uniform(0, AREA, 2)
@@ -156,16 +168,21 @@ def _target_in_quadrant(rng: np.random.Generator, quadrant: int) -> list[
             return [float(sign_x * x), float(sign_y * y)]
 
 
-def _places(rng: np.random.Generator, start_room: str,
-            target_room: str) -> tuple[list[float], list[float]]:
+def _places(
+    rng: np.random.Generator, start_room: str, target_room: str
+) -> tuple[list[float], list[float]]:
     """Uniform over the floor of each room that the robot can reach."""
     while True:
         places = []
         for room in (start_room, target_room):
             floor = _reachable_floor()
             x_min, x_max, y_min, y_max = ROOMS[room]
-            floor = floor[(floor[:, 0] >= x_min) & (floor[:, 0] < x_max)
-                          & (floor[:, 1] >= y_min) & (floor[:, 1] < y_max)]
+            floor = floor[
+                (floor[:, 0] >= x_min)
+                & (floor[:, 0] < x_max)
+                & (floor[:, 1] >= y_min)
+                & (floor[:, 1] < y_max)
+            ]
             places.append(floor[rng.integers(len(floor))])
         if np.linalg.norm(places[0] - places[1]) >= MIN_DISTANCE:
             return places[0].tolist(), places[1].tolist()
@@ -176,7 +193,8 @@ def _reachable_floor() -> Array:
     """Cell centres [m], (n, 2), of the house's largest connected floor."""
     world = load_world("small_house")
     grid = OccupancyGrid.from_outlines(
-        outlines(world.obstacles, *ROBOT_HEIGHTS))
+        outlines(world.obstacles, *ROBOT_HEIGHTS)
+    )
     regions = grid.regions(STAND_RADIUS)
     indoors = np.bincount(regions.ravel())
     indoors[:2] = 0

@@ -72,9 +72,7 @@ def _do(work: Callable[[Trial], Outcome], trial: Trial) -> tuple[int, Outcome]:
     return trial["trial"], work(trial)
 
 
-def _open_store(
-    store: Path, identity: Mapping[str, Any]
-) -> dict[int, Outcome]:
+def _open_store(store: Path, identity: Mapping[str, Any]) -> dict[int, Outcome]:
     """The finished trials; what a kill left half-written is cut off."""
     head = json.dumps({"sweep": dict(identity)})
     try:
@@ -87,8 +85,7 @@ def _open_store(
             store.write_text("".join(whole))
     except OSError as error:
         raise OutputError(
-            f"output folder {store.parent} cannot be written: "
-            f"{error.strerror}"
+            f"output folder {store.parent} cannot be written: {error.strerror}"
         ) from error
     if not whole or whole[0].strip() != head:
         raise OutputError(

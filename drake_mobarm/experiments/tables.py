@@ -1,4 +1,4 @@
-"""`mobarm reproduce`: which tables there are, and what a table's folder holds."""
+"""`mobarm reproduce`: the tables there are, and a table's folder."""
 
 import csv
 import io

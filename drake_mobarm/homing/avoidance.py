@@ -24,8 +24,8 @@ A gain is new ground, or a shorter way than any since the last boundary. The
 boundary is kept on one side, until a free corridor leads nearer to the target
 than the robot has ever been by `gain`: each departure gains, so there are only
 finitely many. After `first_leg` it turns back once; it takes the other side
-when it starts where it started last; and once round without a departure it
-tries narrower gaps.
+when it starts where it started last; and once round without a departure, or
+boxed in, it tries narrower gaps and forgets the unseen things.
 """
 
 from dataclasses import dataclass, field, replace
@@ -41,7 +41,8 @@ from drake_mobarm.homing.gaps import (
     fill_missing,
     find_gaps,
     free_along,
-    free_lengths,
+    free_around,
+    free_length,
     unit,
 )
 from drake_mobarm.sensors.lidar import ray_angles
@@ -65,6 +66,7 @@ class AvoidanceParameters:
         hysteresis: by how much a new gap's way must be shorter [m].
         blocked_cost: of a way that seen things block [m].
         slack_cost: of a way that bends away from the thing it passes [m].
+        side_cost: of passing a thing on the other side than planned [m].
         turn_cost: of turning towards a gap [m/rad].
         smoothing: share of a new target estimate that is taken at once.
         patience: updates without a gain until a boundary is followed.
@@ -87,6 +89,7 @@ class AvoidanceParameters:
     hysteresis: float = 0.6
     blocked_cost: float = 3.0
     slack_cost: float = 3.0
+    side_cost: float = 2.0
     turn_cost: float = 0.2
     smoothing: float = 0.1
     patience: int = 50
@@ -122,6 +125,7 @@ class AvoidanceState:
         rule: the rule that decided.
         target: the smoothed target in W [m], (2,).
         gap: the gap headed for, in W [m], (2,).
+        gap_side: of the thing it passes: +1 to the right, -1 to the left.
         ground: places visited in W [m], (n, 2), half a metre apart.
         phantoms: unseen things touched, in W [m], (n, 2).
         idle: updates without a gain.
@@ -144,6 +148,7 @@ class AvoidanceState:
     rule: str = "wait"
     target: Array | None = None
     gap: Array | None = None
+    gap_side: int = 0
     ground: Array = field(default_factory=_no_points)
     phantoms: Array = field(default_factory=_no_points)
     idle: int = 0
@@ -273,8 +278,9 @@ def _back_off(state: AvoidanceState, view: _View, speed: float,
     stalled = _count_stall(state, view, speed, parameters).stalled
     if state.backing == 0 and stalled >= parameters.stall_updates:
         ahead = parameters.radius + 0.08
-        # As wide as the robot's front: where it touched is not known.
-        touched = np.array([[ahead, -0.2], [ahead, 0.0], [ahead, 0.2]])
+        # Some width: where its front touched is not known. More would close
+        # ways beside the thing, and each further touch adds to it.
+        touched = np.array([[ahead, -0.1], [ahead, 0.0], [ahead, 0.1]])
         forward, left = unit(view.yaw), unit(view.yaw + np.pi / 2)
         phantoms = view.position + touched @ np.stack([forward, left])
         state = replace(state, stalled=0, backing=parameters.back_updates,
@@ -299,10 +305,12 @@ def _choose_way(state: AvoidanceState, view: _View,
         if 0.3 < _norm(way) < free_way + 0.3:
             return _drive(replace(state, rule="leave", idle=0), view, way,
                           parameters)
-        state = replace(state, exit=None)
+        # Counts as visited even where it ends early: no exit is used twice.
+        state = replace(state, exit=None,
+                        ground=np.vstack([state.ground, state.exit]))
     angles = view.yaw + ray_angles(_DIRECTIONS)
-    free = free_lengths(angles, view.points, view.radius,
-                        parameters.range_max)
+    free = free_around(view.yaw - np.pi, _DIRECTIONS, view.points,
+                       view.radius, parameters.range_max)
     if state.side != 0:
         state = _leave_boundary(state, view, angles, free, parameters)
     if state.side == 0:
@@ -349,10 +357,13 @@ def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
     met = free_along(places, view.target, view.points, parameters.radius)
     cost += parameters.blocked_cost * (met < rest - view.tolerance)
     if state.gap is not None:
+        moved = _norms(places + view.position - state.gap)
+        same_side = gaps.sides == state.gap_side
         # The target's error grows with its distance; the gap's place moves.
-        same = (_norms(places + view.position - state.gap)
-                < np.maximum(0.5, 0.25 * gaps.lengths))
+        same = same_side & (moved < np.maximum(0.5, 0.25 * gaps.lengths))
         cost -= same * (parameters.hysteresis + 0.15 * view.distance)
+        # Seen end on, a thin wall seems as easily passed on its other side.
+        cost += parameters.side_cost * (~same_side & (moved < 1.5))
     best = int(np.argmin(cost))
     promise, idle = state.promise, state.idle
     if way[best] < promise - 0.1:
@@ -362,7 +373,7 @@ def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
     angle = float(gaps.angles[best])
     ahead = min(_free(view, angle, view.radius), _AHEAD)
     state = replace(state, rule="gap", gap=view.position + places[best],
-                    promise=promise, idle=idle)
+                    gap_side=int(gaps.sides[best]), promise=promise, idle=idle)
     return _drive(state, view, max(gaps.lengths[best], ahead) * unit(angle),
                   parameters)
 
@@ -391,9 +402,12 @@ def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
         return replace(left, rule="leave",
                        exit=view.position + ends[best])
     assert state.hit is not None
-    around = state.followed > 3 and _norm(state.hit - view.position) < 0.5
-    if around and np.isinf(state.leg):
-        return replace(left, tight=not state.tight)
+    # After turning back it meets that place on the way, too.
+    least = 3.0 + (parameters.first_leg if np.isinf(state.leg) else 0.0)
+    stuck = state.idle > 2 * parameters.patience  # Boxed in by phantoms.
+    around = _norm(state.hit - view.position) < 0.5
+    if around and (state.followed > least or stuck):
+        return replace(left, tight=not state.tight, phantoms=_no_points())
     return state
 
 
@@ -434,8 +448,7 @@ def _drive(state: AvoidanceState, view: _View, way: Array,
 
 
 def _free(view: _View, angle: float, radius: float) -> float:
-    return float(free_lengths(np.array([angle]), view.points, radius,
-                              np.inf)[0])
+    return free_length(angle, view.points, radius)
 
 
 def _norm(vector: Array) -> float:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.homing.vector import vector_position
+from drake_mobarm.immutable import Immutable
 from drake_mobarm.sensors.beacon import (
     MIN_DISTANCE,
     BeaconNoise,
@@ -70,7 +71,7 @@ class FilterParameters:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FilterState:
+class FilterState(Immutable):
     """The filter's belief; position and p_WA are None before a reading.
 
     Attributes:
@@ -245,6 +246,4 @@ def _bearing_deviation(
     noise: BeaconNoise, parameters: FilterParameters
 ) -> float:
     """Of uniform noise, the half-width over the root of 3 [rad]."""
-    return math.hypot(
-        noise.angle / math.sqrt(3), parameters.angle_floor
-    )
+    return math.hypot(noise.angle / math.sqrt(3), parameters.angle_floor)

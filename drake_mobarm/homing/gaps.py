@@ -6,7 +6,6 @@ All points and angles are relative to the robot's centre, in any fixed axes.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drake_mobarm.geometry import Array
 
@@ -48,38 +47,66 @@ def fill_missing(ranges: Array) -> Array:
     return np.interp(ray, ray[~missing], ranges[~missing], period=ranges.size)
 
 
-def free_lengths(
-    angles: Array, points: Array, radius: float, horizon: float
-) -> Array:
-    """How far a disc can go straight on before it touches a point.
+def free_length(angle: float, points: Array, radius: float) -> float:
+    """How far a disc can go along an angle [rad] before it meets a point.
 
     Args:
-        angles: directions [rad], (m,).
+        angle: direction [rad].
         points: obstacle points [m], (n, 2).
         radius: the disc's [m].
-        horizon: the longest answer [m].
 
     Returns:
-        Free lengths [m], (m,).
+        The free length [m], infinite where nothing is met.
     """
-    free = np.full(angles.size, horizon)
-    row, _, length = _touches(angles, points, radius)
-    if row.size:
-        rows, first = np.unique(row, return_index=True)
-        nearest = np.minimum.reduceat(length, first)
-        free[rows] = np.minimum(nearest, horizon)
-    return free
+    return float(_lengths(angle, points, radius).min(initial=np.inf))
 
 
 def blocking_point(
     angle: float, points: Array, radius: float
 ) -> Array | None:
-    """The point [m], (2,), that a disc going along `angle` touches first."""
-    _, column, length = _touches(np.array([angle]), points, radius)
-    if not length.size:
+    """The point [m], (2,), that a disc going along `angle` meets first."""
+    lengths = _lengths(angle, points, radius)
+    if not np.isfinite(lengths).any():
         return None
-    found: Array = points[column[np.argmin(length)]]
+    found: Array = points[np.argmin(lengths)]
     return found
+
+
+def free_around(
+    start: float, count: int, points: Array, radius: float, horizon: float
+) -> Array:
+    """`free_length` along equally spaced directions of a full turn.
+
+    Only the directions that a point blocks are looked at for it.
+
+    Args:
+        start: first direction [rad].
+        count: number of directions, counter-clockwise.
+        points: obstacle points [m], (n, 2).
+        radius: the disc's [m].
+        horizon: the longest answer [m].
+
+    Returns:
+        Free lengths [m], (count,).
+    """
+    step = 2 * np.pi / count
+    distance = np.hypot(points[:, 0], points[:, 1])
+    reach = _reach(distance, radius)
+    bearing = np.arctan2(points[:, 1], points[:, 0]) - start
+    half = np.arcsin(reach / np.maximum(distance, 1e-9))
+    first = np.ceil((bearing - half) / step).astype(int)
+    blocked = np.floor((bearing + half) / step).astype(int) - first + 1
+    point = np.repeat(np.arange(len(points)), blocked)
+    offset = np.arange(len(point)) - np.repeat(
+        np.cumsum(blocked) - blocked, blocked)
+    direction = first[point] + offset
+    angle = direction * step - bearing[point]
+    across = distance[point] * np.sin(angle)
+    depth = np.sqrt(np.maximum(reach[point] ** 2 - across**2, 0.0))
+    free = np.full(count, horizon)
+    np.minimum.at(free, direction % count,
+                  distance[point] * np.cos(angle) - depth)
+    return free
 
 
 def free_along(
@@ -130,18 +157,16 @@ def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
     return Gaps(directions, np.minimum(near + past, far), sides)
 
 
-def _touches(
-    angles: Array, points: Array, radius: float
-) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Which angle meets which point, sorted by angle, and after how long."""
-    distance = np.hypot(points[:, 0], points[:, 1])
-    reach = np.minimum(radius, _SHRINK * distance)
-    towards = unit(angles)
-    across = towards @ np.stack([-points[:, 1], points[:, 0]])
-    # Compare squares: half the points lie behind and are dropped by `along`.
-    row, column = np.nonzero(np.abs(across) < reach)
-    along = np.sum(towards[row] * points[column], axis=1)
-    ahead = along > 0
-    row, column, along = row[ahead], column[ahead], along[ahead]
-    half = np.sqrt(reach[column] ** 2 - across[row, column] ** 2)
-    return row, column, along - half
+def _reach(distance: Array, radius: float) -> Array:
+    reach: Array = np.minimum(radius, _SHRINK * distance)
+    return reach
+
+
+def _lengths(angle: float, points: Array, radius: float) -> Array:
+    cos, sin = np.cos(angle), np.sin(angle)
+    along = cos * points[:, 0] + sin * points[:, 1]
+    across = cos * points[:, 1] - sin * points[:, 0]
+    reach = _reach(np.hypot(points[:, 0], points[:, 1]), radius)
+    depth = reach**2 - across**2
+    met = (depth > 0) & (along > 0)
+    return np.where(met, along - np.sqrt(np.maximum(depth, 0.0)), np.inf)

@@ -25,6 +25,7 @@ from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.parallax import intersect_bearings, update_parallax
 from drake_mobarm.homing.vector import vector_position, weighted_position
+from drake_mobarm.immutable import Immutable
 
 
 @dataclass(kw_only=True)
@@ -77,7 +78,7 @@ class HybridParameters:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class HybridState:
+class HybridState(Immutable):
     """What the estimator remembers; every field is empty before a reading.
 
     Attributes:

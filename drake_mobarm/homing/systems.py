@@ -301,9 +301,7 @@ class HomingController(LeafSystem):
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
-        self._waypoint = self.DeclareVectorInputPort(
-            "waypoint", size(Waypoint)
-        )
+        self._waypoint = self.DeclareVectorInputPort("waypoint", size(Waypoint))
         self._arrived = self.DeclareVectorInputPort("arrived", 1)
         self.DeclareVectorOutputPort(
             "commanded_base_velocity", size(BaseVelocity), self._calc

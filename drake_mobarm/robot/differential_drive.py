@@ -43,9 +43,17 @@ class DifferentialDrive:
     wheel_torque_limit: float = 6.0
 
     def __post_init__(self) -> None:
-        for field in ("wheel_radius", "track", "mass", "body_mass", "inertia",
-                      "wheel_inertia", "wheel_speed_limit",
-                      "wheel_acceleration_limit", "wheel_torque_limit"):
+        for field in (
+            "wheel_radius",
+            "track",
+            "mass",
+            "body_mass",
+            "inertia",
+            "wheel_inertia",
+            "wheel_speed_limit",
+            "wheel_acceleration_limit",
+            "wheel_torque_limit",
+        ):
             value = getattr(self, field)
             require(0 < value < np.inf, f"base.{field}", value, "above 0")
 
@@ -57,18 +65,23 @@ class DifferentialDrive:
         """
         r, w = self.wheel_radius, self.track
         velocity: Array = np.asarray(wheel_speeds) @ np.array(
-            [[r / 2, -r / w], [r / 2, r / w]])
+            [[r / 2, -r / w], [r / 2, r / w]]
+        )
         return velocity
 
     def wheel_speeds(self, velocity: ArrayLike) -> Array:
         """Left, right [rad/s], (..., 2), of (v, w); (7.4), (7.3)."""
         half = self.track / 2
-        speeds: Array = np.asarray(velocity) @ np.array(
-            [[1, 1], [-half, half]]) / self.wheel_radius
+        speeds: Array = (
+            np.asarray(velocity)
+            @ np.array([[1, 1], [-half, half]])
+            / self.wheel_radius
+        )
         return speeds
 
-    def wheel_torques(self, velocity: ArrayLike,
-                      acceleration: ArrayLike) -> Array:
+    def wheel_torques(
+        self, velocity: ArrayLike, acceleration: ArrayLike
+    ) -> Array:
         """Torques that give an acceleration: (7.6), (7.7) solved for them.
 
         Args:
@@ -84,5 +97,6 @@ class DifferentialDrive:
         lever = self.body_mass * self.com_offset
         total = r * ((self.mass + 2 * I_w / r**2) * dv - lever * w**2)
         difference = (2 * r / track) * (
-            (self.inertia + track**2 / (2 * r**2) * I_w) * dw + lever * w * v)
+            (self.inertia + track**2 / (2 * r**2) * I_w) * dw + lever * w * v
+        )
         return np.array([total - difference, total + difference]) / 2

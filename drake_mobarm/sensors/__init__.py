@@ -1,0 +1,1 @@
+"""What the robot senses: beacon, lidar, odometry; laws and systems."""

@@ -27,12 +27,21 @@ class LidarParameters:
 
     def __post_init__(self) -> None:
         require(self.rays >= 8, "lidar.rays", self.rays, "8 or more")
-        require(0 < self.rate <= 100, "lidar.rate", self.rate,
-                "above 0, up to 100 Hz")
-        require(0 < self.range_max < np.inf, "lidar.range_max",
-                self.range_max, "above 0 m")
-        require(0 <= self.noise < np.inf, "lidar.noise", self.noise,
-                "0 m or more")
+        require(
+            0 < self.rate <= 100,
+            "lidar.rate",
+            self.rate,
+            "above 0, up to 100 Hz",
+        )
+        require(
+            0 < self.range_max < np.inf,
+            "lidar.range_max",
+            self.range_max,
+            "above 0 m",
+        )
+        require(
+            0 <= self.noise < np.inf, "lidar.noise", self.noise, "0 m or more"
+        )
 
 
 def ray_angles(rays: int) -> Array:
@@ -43,8 +52,7 @@ def ray_angles(rays: int) -> Array:
     return -np.pi + 2 * np.pi * np.arange(rays) / rays
 
 
-def cast_rays(starts: Array, ends: Array, pose: ArrayLike,
-              rays: int) -> Array:
+def cast_rays(starts: Array, ends: Array, pose: ArrayLike, rays: int) -> Array:
     """Distance from a point to the nearest side along each ray.
 
     Only the rays that a side's ends span are intersected with it, so the
@@ -86,8 +94,9 @@ def cast_rays(starts: Array, ends: Array, pose: ArrayLike,
     return distance
 
 
-def read_lidar(distance: Array, gaussian: Array, range_max: float,
-               noise: float) -> Array:
+def read_lidar(
+    distance: Array, gaussian: Array, range_max: float, noise: float
+) -> Array:
     """Ranges as the sensor reports them.
 
     Args:

@@ -1,5 +1,7 @@
 """Odometry: the pose that the wheels' encoders tell, slip and all."""
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -7,8 +9,9 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 
 
-def integrate_wheels(pose: ArrayLike, turned: ArrayLike,
-                     base: DifferentialDrive) -> Array:
+def integrate_wheels(
+    pose: ArrayLike, turned: ArrayLike, base: DifferentialDrive
+) -> Array:
     """The pose after the wheels turned, along the arc that they describe.
 
     Args:
@@ -21,7 +24,12 @@ def integrate_wheels(pose: ArrayLike, turned: ArrayLike,
     """
     x, y, yaw = np.asarray(pose, dtype=float)
     forward, turn = base.body_velocity(turned)
-    # The arc's chord; np.sinc(z) is sin(pi z) / (pi z).
-    chord = forward * np.sinc(turn / (2 * np.pi))
-    return np.array([x + chord * np.cos(yaw + turn / 2),
-                     y + chord * np.sin(yaw + turn / 2), yaw + turn])
+    half = turn / 2
+    chord = forward * math.sin(half) / half if half else forward
+    return np.array(
+        [
+            x + chord * math.cos(yaw + half),
+            y + chord * math.sin(yaw + half),
+            yaw + turn,
+        ]
+    )

@@ -58,26 +58,37 @@ class Lidar(LeafSystem):
       (`ray_angles`), about the base's centre; range_max where nothing is.
     """
 
-    def __init__(self, parameters: LidarParameters, starts: Array,
-                 ends: Array) -> None:
+    def __init__(
+        self, parameters: LidarParameters, starts: Array, ends: Array
+    ) -> None:
         super().__init__()
         self._parameters = parameters
         self._starts, self._ends = starts, ends
-        self._pose = self.DeclareVectorInputPort(
-            "base_pose", size(PlanarPose))
+        self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
         self._noise = self.DeclareVectorInputPort("noise", parameters.rays)
         state = self.DeclareDiscreteState(
-            np.full(parameters.rays, parameters.range_max))
+            np.full(parameters.rays, parameters.range_max)
+        )
         self.DeclareStateOutputPort("lidar_ranges", state)
         self.DeclarePeriodicDiscreteUpdateEvent(
-            1 / parameters.rate, 0.0, self._update)
+            1 / parameters.rate, 0.0, self._update
+        )
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        distance = cast_rays(self._starts, self._ends,
-                             self._pose.Eval(context), self._parameters.rays)
-        state.set_value(read_lidar(
-            distance, self._noise.Eval(context), self._parameters.range_max,
-            self._parameters.noise))
+        distance = cast_rays(
+            self._starts,
+            self._ends,
+            self._pose.Eval(context),
+            self._parameters.rays,
+        )
+        state.set_value(
+            read_lidar(
+                distance,
+                self._noise.Eval(context),
+                self._parameters.range_max,
+                self._parameters.noise,
+            )
+        )
 
 
 class BeaconSensor(LeafSystem):
@@ -97,19 +108,20 @@ class BeaconSensor(LeafSystem):
     - beacon_reading (3): BeaconReading, angle in the antenna's frame.
     """
 
-    def __init__(self, parameters: BeaconParameters, noise: int,
-                 p_BA: Array, p_WT: Array) -> None:
+    def __init__(
+        self, parameters: BeaconParameters, noise: int, p_BA: Array, p_WT: Array
+    ) -> None:
         super().__init__()
         self._parameters = parameters
         self._p_BA, self._p_WT = p_BA, p_WT
         self._configuration = NOISE_CONFIGURATIONS[noise]
-        self._pose = self.DeclareVectorInputPort(
-            "base_pose", size(PlanarPose))
+        self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
         self._noise = self.DeclareVectorInputPort("noise", 4)
         state = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
         self.DeclareStateOutputPort("beacon_reading", state)
         self.DeclarePeriodicDiscreteUpdateEvent(
-            1 / parameters.rate, 0.0, self._update)
+            1 / parameters.rate, 0.0, self._update
+        )
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         pose = self._pose.Eval(context)
@@ -119,19 +131,28 @@ class BeaconSensor(LeafSystem):
         reading = BeaconReading(np.array([np.nan, np.nan, 0.0]))
         if self._hears(context.get_time(), pose_WA, noise[3]):
             reading.angle, reading.rssi = read_beacon(
-                pose_WA, self._p_WT,
-                self._configuration, noise[:3],
-                BEACONS[self._parameters.model])
+                pose_WA,
+                self._p_WT,
+                self._configuration,
+                noise[:3],
+                BEACONS[self._parameters.model],
+            )
             reading.valid = 1.0
         state.set_value(reading[:])
 
     def _hears(self, time: float, pose_WA: Array, chance: float) -> bool:
-        silent = any(start <= time < end
-                     for start, end in self._parameters.outages)
+        silent = any(
+            start <= time < end for start, end in self._parameters.outages
+        )
         x, y = self._p_WT - pose_WA[:2]
-        return (not silent and chance >= self._parameters.dropout
-                and in_field_of_view(np.arctan2(y, x) - pose_WA[2],
-                                     self._parameters.field_of_view / 2))
+        return (
+            not silent
+            and chance >= self._parameters.dropout
+            and in_field_of_view(
+                np.arctan2(y, x) - pose_WA[2],
+                self._parameters.field_of_view / 2,
+            )
+        )
 
 
 class Odometry(LeafSystem):
@@ -151,12 +172,14 @@ class Odometry(LeafSystem):
     - measured_base_velocity (2): BaseVelocity [m/s, rad/s].
     """
 
-    def __init__(self, base: DifferentialDrive, start: list[float],
-                 rate: float) -> None:
+    def __init__(
+        self, base: DifferentialDrive, start: list[float], rate: float
+    ) -> None:
         super().__init__()
         self._base = base
         self._wheels = self.DeclareVectorInputPort(
-            "measured_wheel_state", size(WheelState))
+            "measured_wheel_state", size(WheelState)
+        )
         self._pose = self.DeclareDiscreteState(start)
         self._velocity = self.DeclareDiscreteState(size(BaseVelocity))
         self._last_angles = self.DeclareDiscreteState(2)
@@ -167,11 +190,15 @@ class Odometry(LeafSystem):
     def _update(self, context: Context, state: DiscreteValues) -> None:
         wheels = self._wheels.Eval(context)
         angles, speeds = wheels[:2], wheels[2:]
-        turned = angles - context.get_discrete_state(
-            self._last_angles).value()
-        state.set_value(self._pose, integrate_wheels(
-            context.get_discrete_state(self._pose).value(), turned,
-            self._base))
+        turned = angles - context.get_discrete_state(self._last_angles).value()
+        state.set_value(
+            self._pose,
+            integrate_wheels(
+                context.get_discrete_state(self._pose).value(),
+                turned,
+                self._base,
+            ),
+        )
         state.set_value(self._velocity, self._base.body_velocity(speeds))
         state.set_value(self._last_angles, angles)
 
@@ -198,9 +225,11 @@ class BaseTruth(LeafSystem):
         self._num_positions = num_positions
         self._state = self.DeclareVectorInputPort("robot_state", num_states)
         self.DeclareVectorOutputPort(
-            "base_pose", size(PlanarPose), self._calc_pose)
+            "base_pose", size(PlanarPose), self._calc_pose
+        )
         self.DeclareVectorOutputPort(
-            "base_velocity", size(BaseVelocity), self._calc_velocity)
+            "base_velocity", size(BaseVelocity), self._calc_velocity
+        )
 
     def _read_pose(self, context: Context) -> tuple[Array, Array]:
         state = self._state.Eval(context)
@@ -213,8 +242,8 @@ class BaseTruth(LeafSystem):
 
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
         (_, _, yaw), state = self._read_pose(context)
-        w_WB = state[self._num_positions:self._num_positions + 3]
-        v_WB = state[self._num_positions + 3:self._num_positions + 6]
+        w_WB = state[self._num_positions : self._num_positions + 3]
+        v_WB = state[self._num_positions + 3 : self._num_positions + 6]
         forward = v_WB[0] * np.cos(yaw) + v_WB[1] * np.sin(yaw)
         output.SetFromVector([forward, w_WB[2]])
 
@@ -240,29 +269,34 @@ class GroundTruthMonitor(LeafSystem):
     - ground_truth (7): GroundTruth.
     """
 
-    def __init__(self, is_obstacle_contact: Callable[[Any], bool],
-                 rate: float) -> None:
+    def __init__(
+        self, is_obstacle_contact: Callable[[Any], bool], rate: float
+    ) -> None:
         super().__init__()
         self._is_obstacle_contact = is_obstacle_contact
-        self._pose = self.DeclareVectorInputPort(
-            "base_pose", size(PlanarPose))
+        self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
         self._velocity = self.DeclareVectorInputPort(
-            "base_velocity", size(BaseVelocity))
+            "base_velocity", size(BaseVelocity)
+        )
         self._results = self.DeclareAbstractInputPort(
-            "contact_results", AbstractValue.Make(ContactResults()))
+            "contact_results", AbstractValue.Make(ContactResults())
+        )
         # touching, contacts, time of the last touch
         self._touch = self.DeclareDiscreteState([0.0, 0.0, -np.inf])
         self.DeclareVectorOutputPort(
-            "ground_truth", size(GroundTruth), self._calc_truth)
+            "ground_truth", size(GroundTruth), self._calc_truth
+        )
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         _, contacts, last_touch = context.get_discrete_state(
-            self._touch).value()
+            self._touch
+        ).value()
         results = self._results.Eval(context)
         touching = any(
             self._is_obstacle_contact(results.point_pair_contact_info(i))
-            for i in range(results.num_point_pair_contacts()))
+            for i in range(results.num_point_pair_contacts())
+        )
         time = context.get_time()
         if touching:
             contacts += time - last_touch > _CONTACT_PAUSE
@@ -271,6 +305,12 @@ class GroundTruthMonitor(LeafSystem):
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
         touch = context.get_discrete_state(self._touch).value()
-        output.SetFromVector(np.concatenate([
-            self._pose.Eval(context), self._velocity.Eval(context),
-            touch[:2]]))
+        output.SetFromVector(
+            np.concatenate(
+                [
+                    self._pose.Eval(context),
+                    self._velocity.Eval(context),
+                    touch[:2],
+                ]
+            )
+        )

@@ -1,0 +1,1 @@
+"""Buildings: obstacles read from SDF, outlines, occupancy."""

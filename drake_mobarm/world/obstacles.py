@@ -33,8 +33,12 @@ def cylinder_corners(radius: float, length: float) -> Array:
     """
     angle = 2 * np.pi * np.arange(_CYLINDER_SIDES) / _CYLINDER_SIDES
     ring = radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    return np.vstack([np.column_stack([ring, np.full(len(ring), half)])
-                      for half in (-length / 2, length / 2)])
+    return np.vstack(
+        [
+            np.column_stack([ring, np.full(len(ring), half)])
+            for half in (-length / 2, length / 2)
+        ]
+    )
 
 
 def outline(corners: Array, z_low: float, z_high: float) -> Array | None:
@@ -56,10 +60,13 @@ def outline(corners: Array, z_low: float, z_high: float) -> Array | None:
         if len(below) and len(above):
             # Every chord that crosses the plane: those inside the body only
             # add points inside the hull.
-            share = ((height - below[:, None, 2])
-                     / (above[None, :, 2] - below[:, None, 2]))[..., None]
+            share = (
+                (height - below[:, None, 2])
+                / (above[None, :, 2] - below[:, None, 2])
+            )[..., None]
             crossing = below[:, None, :2] * (1 - share) + (
-                above[None, :, :2] * share)
+                above[None, :, :2] * share
+            )
             points.append(crossing.reshape(-1, 2))
     candidates = np.vstack(points)
     if len(candidates) < 3:
@@ -72,8 +79,9 @@ def outline(corners: Array, z_low: float, z_high: float) -> Array | None:
     return corners_2d
 
 
-def outlines(obstacles: tuple[Obstacle, ...], z_low: float,
-             z_high: float) -> list[Array]:
+def outlines(
+    obstacles: tuple[Obstacle, ...], z_low: float, z_high: float
+) -> list[Array]:
     """The outlines (k_i, 2) [m] of all obstacles met between two heights."""
     found = (outline(o.corners, z_low, z_high) for o in obstacles)
     return [o for o in found if o is not None]
@@ -106,8 +114,9 @@ def clearance(outlines: list[Array], points: Array) -> Array:
     for polygon in outlines:
         side = np.roll(polygon, -1, axis=0) - polygon
         to_point = points[..., None, :] - polygon
-        along = np.clip(np.sum(to_point * side, axis=-1)
-                        / np.sum(side**2, axis=-1), 0, 1)
+        along = np.clip(
+            np.sum(to_point * side, axis=-1) / np.sum(side**2, axis=-1), 0, 1
+        )
         gap = np.linalg.norm(to_point - along[..., None] * side, axis=-1)
         distance = np.where(inside(polygon, points), 0.0, gap.min(axis=-1))
         nearest = np.minimum(nearest, distance)

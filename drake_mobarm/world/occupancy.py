@@ -27,8 +27,9 @@ class OccupancyGrid:
     occupied: NDArray[np.bool_]
 
     @classmethod
-    def from_outlines(cls, outlines: list[Array],
-                      cell: float = 0.05) -> "OccupancyGrid":
+    def from_outlines(
+        cls, outlines: list[Array], cell: float = 0.05
+    ) -> "OccupancyGrid":
         """Rasters outlines (k_i, 2) [m], with a free metre around them."""
         corners = np.vstack(outlines) if outlines else np.zeros((1, 2))
         origin = corners.min(axis=0) - _MARGIN
@@ -44,7 +45,7 @@ class OccupancyGrid:
             # Sides too, or what is thinner than a cell would vanish.
             hit = inside(polygon, centres)
             hit |= _on_sides(polygon, origin, cell, low, hit.shape)
-            occupied[low[1]:high[1], low[0]:high[0]] |= hit
+            occupied[low[1] : high[1], low[0] : high[0]] |= hit
         return cls(origin, cell, occupied)
 
     def centres(self) -> Array:
@@ -85,8 +86,13 @@ class OccupancyGrid:
         return cells[..., 1], cells[..., 0]
 
 
-def _on_sides(polygon: Array, origin: Array, cell: float,
-              low: NDArray[np.int_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _on_sides(
+    polygon: Array,
+    origin: Array,
+    cell: float,
+    low: NDArray[np.int_],
+    shape: tuple[int, ...],
+) -> NDArray[np.bool_]:
     hit = np.zeros(shape, dtype=bool)
     for start, end in zip(polygon, np.roll(polygon, -1, axis=0), strict=True):
         steps = int(np.ceil(2 * np.linalg.norm(end - start) / cell)) + 1

@@ -53,7 +53,8 @@ def find_world(name_or_path: str) -> Path:
         return path.resolve()
     raise WorldError(
         f"unknown world {name_or_path!r}: valid are "
-        f"{', '.join(world_names())}, or the path of an .sdf file")
+        f"{', '.join(world_names())}, or the path of an .sdf file"
+    )
 
 
 def load_world(name_or_path: str) -> World:
@@ -96,11 +97,13 @@ def _check_shapes(path: Path) -> None:
             if shape.tag not in _SHAPES:
                 raise WorldError(
                     f"world {path}: {owner.tag} {owner.get('name')!r} is a "
-                    f"{shape.tag}; a world is made of box and cylinder")
+                    f"{shape.tag}; a world is made of box and cylinder"
+                )
 
 
-def _read_obstacles(plant: MultibodyPlant, scene_graph: SceneGraph,
-                    path: Path) -> tuple[Obstacle, ...]:
+def _read_obstacles(
+    plant: MultibodyPlant, scene_graph: SceneGraph, path: Path
+) -> tuple[Obstacle, ...]:
     inspector = scene_graph.model_inspector()
     context = plant.CreateDefaultContext()
     obstacles = []
@@ -109,7 +112,8 @@ def _read_obstacles(plant: MultibodyPlant, scene_graph: SceneGraph,
         if not plant.IsAnchored(body):
             raise WorldError(
                 f"world {path}: link {body.name()!r} can move; write "
-                "<static>true</static> in its model")
+                "<static>true</static> in its model"
+            )
         X_WB = body.EvalPoseInWorld(context)
         for geometry in plant.GetCollisionGeometriesForBody(body):
             name = inspector.GetName(geometry).split("::")[-1]
@@ -122,7 +126,8 @@ def _read_obstacles(plant: MultibodyPlant, scene_graph: SceneGraph,
                 raise WorldError(
                     f"world {path}: collision {name!r} is a "
                     f"{type(shape).__name__}; a world is made of box and "
-                    "cylinder")
+                    "cylinder"
+                )
             X_WG = X_WB @ inspector.GetPoseInFrame(geometry)
             corners_W = X_WG.multiply(corners.T).T
             if not np.all(np.isfinite(corners_W)):

@@ -1,0 +1,289 @@
+"""The rules of obstacle avoidance, in scenes made of a few boxes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike
+
+from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.geometry import Array
+from drake_mobarm.homing.avoidance import (
+    AvoidanceParameters,
+    AvoidanceState,
+    initial_state,
+    update,
+)
+from drake_mobarm.homing.controller import ControllerParameters, drive_to
+from drake_mobarm.homing.gaps import (
+    fill_missing,
+    free_along,
+    free_around,
+    free_length,
+    unit,
+)
+from drake_mobarm.sensors.lidar import cast_rays
+from drake_mobarm.world.obstacles import clearance, outlines_to_segments
+
+PARAMETERS = AvoidanceParameters()
+FREE = np.full(360, 12.0)
+STILL = (0.0, 0.0)
+
+
+def box(x_min: float, x_max: float, y_min: float, y_max: float) -> Array:
+    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max],
+                     [x_min, y_max]])
+
+
+def scan(boxes: list[Array], pose: ArrayLike) -> Array:
+    starts, ends = outlines_to_segments(boxes)
+    return np.minimum(cast_rays(starts, ends, pose, 360), 12.0)
+
+
+def first_update(boxes: list[Array], target: tuple[float, float],
+                 pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+                 ) -> AvoidanceState:
+    return update(initial_state(), pose, target, scan(boxes, pose), STILL,
+                  PARAMETERS)
+
+
+def least_clearance(boxes: list[Array], start: Array, end: Array) -> float:
+    way = start + np.linspace(0, 1, 200)[:, None] * (end - start)
+    return float(clearance(boxes, way).min())
+
+
+def drive(seen: list[Array], target: tuple[float, float],
+          unseen: list[Array] | None = None, seconds: float = 60.0,
+          seed: int = 0) -> tuple[Array, list[AvoidanceState]]:
+    """A disc of 0.27 m that stands still where it would touch something."""
+    rng = np.random.default_rng(seed)
+    bodies = seen + (unseen or [])
+    pose, velocity = np.zeros(3), np.zeros(2)
+    state, measured = initial_state(), np.zeros(2)
+    path, states = [pose.copy()], []
+    for _ in range(int(10 * seconds)):
+        ranges = np.clip(scan(seen, pose) + rng.normal(0, 0.01, 360),
+                         0, 12)
+        state = update(state, pose, target, ranges, measured, PARAMETERS)
+        states.append(state)
+        for _ in range(5):
+            wanted = ((state.speed_limit, 0.0) if state.speed_limit < 0 else
+                      drive_to(pose, state.waypoint, ControllerParameters(),
+                               state.speed_limit))
+            velocity += np.clip(wanted - velocity, (-0.02, -0.06),
+                                (0.02, 0.06))
+            pose[2] += 0.02 * velocity[1]
+            moved = pose[:2] + 0.02 * velocity[0] * unit(pose[2])
+            now, then = clearance(bodies, np.array([pose[:2], moved]))
+            blocked = then < 0.27 and then < now
+            measured = velocity * (0.0 if blocked else 1.0, 1.0)
+            if not blocked:
+                pose[:2] = moved
+        path.append(pose.copy())
+        if np.hypot(*(pose[:2] - target)) < 0.3:
+            break
+    return np.array(path), states
+
+
+def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
+    state = update(initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL,
+                   PARAMETERS)
+    np.testing.assert_allclose(state.waypoint, (4, 3))
+    assert state.speed_limit == PARAMETERS.max_speed
+    assert state.rule == "target"
+
+
+def test_corridor_counts_and_not_the_middle_ray_alone() -> None:
+    # 0.2 m beside the straight way: no ray to the target meets it.
+    post = box(2.0, 2.1, 0.2, 0.3)
+    state = first_update([post], (4, 0))
+    assert state.rule == "gap"
+    assert state.waypoint[1] < 0
+    assert least_clearance([post], np.zeros(2), state.waypoint) > 0.27
+
+
+def test_waypoint_leads_through_the_opening_of_a_wall() -> None:
+    wall = [box(2, 2.1, -3, 0.6), box(2, 2.1, 1.8, 5)]
+    state = first_update(wall, (4, 0))
+    way = state.waypoint / state.waypoint[0]
+    assert 0.6 + 0.27 < 2.05 * way[1] < 1.8 - 0.27
+    assert least_clearance(wall, np.zeros(2), state.waypoint) > 0.27
+
+
+@pytest.mark.parametrize(("width", "passes"), [(0.5, False), (0.8, True)])
+def test_only_a_doorway_wider_than_the_robot_is_passed(
+        width: float, passes: bool) -> None:
+    # The other way round, past the wall's end, is much longer.
+    wall = [box(2, 2.1, -8, -width / 2), box(2, 2.1, width / 2, 3)]
+    path, _ = drive(wall, (4, 0))
+    assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
+    crossing = path[np.argmax(path[:, 0] > 2.05), 1]
+    assert (abs(crossing) < width / 2) == passes
+
+
+def test_a_u_shaped_trap_is_left_without_touching() -> None:
+    trap = [box(2, 2.2, -1.5, 1.5), box(-0.5, 2, 1.3, 1.5),
+            box(-0.5, 2, -1.5, -1.3)]
+    path, _ = drive(trap, (4, 0.3))
+    assert np.hypot(*(path[-1, :2] - (4, 0.3))) < 0.3
+    assert len(path) < 300
+    assert clearance(trap, path[:, :2]).min() > 0.27
+
+
+def test_unseen_things_are_backed_off_from_and_gone_round() -> None:
+    table = box(1.5, 2.5, -0.6, 0.5)
+    path, states = drive([box(9, 9.1, -9, 9)], (4, 0), unseen=[table])
+    assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
+    assert any(s.speed_limit < 0 for s in states)
+    phantoms = states[-1].phantoms
+    # It touched with its front, somewhere within its half width.
+    assert clearance([table], phantoms).max() < 0.27 + 0.1
+    # No two touches at one place: each one closes its way.
+    touches = phantoms[1::3]
+    for index, touch in enumerate(touches):
+        others = np.delete(touches, index, axis=0)
+        assert np.all(np.linalg.norm(others - touch, axis=1) > 0.1)
+
+
+def test_a_stall_backs_off_and_closes_that_direction() -> None:
+    state = initial_state()
+    rules = []
+    for _ in range(30):
+        state = update(state, (0, 0, 0), (4, 0), FREE, STILL, PARAMETERS)
+        rules.append(state.rule)
+        if state.phantoms.size and state.backing == 0:
+            break
+    assert rules[:5] == ["target"] * 5
+    assert set(rules[5:]) == {"back"}
+    state = update(state, (-0.2, 0, 0), (4, 0), FREE, (0.1, 0), PARAMETERS)
+    free = free_length(float(np.arctan2(state.waypoint[1],
+                                        state.waypoint[0] + 0.2)),
+                       state.phantoms + np.array([0.2, 0]), PARAMETERS.radius)
+    assert free == np.inf
+    assert state.speed_limit > 0
+
+
+def test_backing_off_stops_before_what_is_seen_behind() -> None:
+    wall = box(-0.5, -0.33, -1, 1)
+    state = initial_state()
+    for _ in range(10):
+        state = update(state, (0, 0, 0), (4, 0), scan([wall], (0, 0, 0)),
+                       STILL, PARAMETERS)
+        assert state.speed_limit >= 0
+
+
+def test_standing_and_turning_in_place_is_no_stall() -> None:
+    state = initial_state()
+    for _ in range(50):
+        state = update(state, (0, 0, np.pi / 2), (4, 0), FREE, STILL,
+                       PARAMETERS)
+        assert state.rule == "target"
+
+
+def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
+    wall = [box(2, 2.1, -3, 0.6), box(2, 2.1, 1.8, 5)]
+    ranges = scan(wall, (0, 0, 0))
+    whole = first_update(wall, (4, 0))
+    ranges[::3] = np.nan
+    some = update(initial_state(), (0, 0, 0), (4, 0), ranges, STILL,
+                  PARAMETERS)
+    np.testing.assert_allclose(some.waypoint, whole.waypoint, atol=0.15)
+    ranges[: 181] = np.nan
+    most = update(whole, (0, 0, 0), (4, 0), ranges, STILL, PARAMETERS)
+    assert most.speed_limit == 0.0
+
+
+@pytest.mark.parametrize("target", [(np.nan, 0.0), (np.inf, 0.0)])
+def test_a_target_that_is_not_finite_stops(
+        target: tuple[float, float]) -> None:
+    state = update(initial_state(), (0, 0, 0), target, FREE, STILL,
+                   PARAMETERS)
+    assert state.speed_limit == 0.0
+    assert np.isfinite(state.waypoint).all()
+
+
+@given(st.floats(0.3, 3.0))
+def test_speed_stops_before_the_wall_ahead(distance: float) -> None:
+    wall = box(0.27 + distance, 5, -6, 6)
+    state = first_update([wall], (9, 0))
+    # From the limit, at the robot's 1 m/s^2, and in one update's time.
+    assert state.speed_limit**2 / 2 < distance
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.floats(0.8, 4), st.floats(-3, 3),
+                          st.floats(0.1, 1), st.floats(0.1, 1)),
+                max_size=4),
+       st.floats(-1.5, 1.5))
+def test_a_mirrored_scene_gives_the_mirrored_waypoint(
+        corners: list[tuple[float, float, float, float]], y: float) -> None:
+    boxes = [box(a, a + c, b, b + d) for a, b, c, d in corners]
+    mirrored = [box(a, a + c, -b - d, -b) for a, b, c, d in corners]
+    # No ties: a target straight behind a box has two ways as good.
+    target = (5.0, y + 0.0137)
+    state = first_update(boxes, target)
+    twin = first_update(mirrored, (target[0], -target[1]))
+    np.testing.assert_allclose(twin.waypoint * (1, -1), state.waypoint,
+                               atol=1e-6)
+    assert twin.speed_limit == pytest.approx(state.speed_limit)
+
+
+def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
+    rng = np.random.default_rng(1)
+    pillar = box(2, 3, -0.5, 0.5)
+    state, sides = initial_state(), set()
+    for _ in range(100):
+        target = rng.normal((6, 0), 0.5)
+        state = update(state, (0, 0, 0), target, scan([pillar], (0, 0, 0)),
+                       (0.2, 0), AvoidanceParameters(patience=1000))
+        sides.add(np.sign(state.waypoint[1]))
+    assert len(sides) == 1
+
+
+def test_state_is_not_changed_by_an_update() -> None:
+    before = initial_state()
+    update(before, (0, 0, 0), (4, 0), FREE, STILL, PARAMETERS)
+    assert before.ground.size == 0
+    assert before.target is None
+
+
+def test_free_length_is_that_of_a_disc() -> None:
+    # A disc of 0.5 m meets a point 0.3 m aside 0.4 m before it.
+    points = np.array([[2.0, 0.3], [1.0, 0.6], [-1.0, 0.0]])
+    assert free_length(0.0, points, 0.5) == pytest.approx(1.6)
+
+
+@settings(max_examples=30)
+@given(st.integers(0, 1000))
+def test_free_lengths_around_are_those_one_by_one(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-4, 4, (50, 2))
+    around = free_around(0.3, 90, points, 0.33, 12.0)
+    angles = 0.3 + 2 * np.pi * np.arange(90) / 90
+    single = [min(free_length(float(a), points, 0.33), 12.0) for a in angles]
+    np.testing.assert_allclose(around, single, atol=1e-6)
+
+
+def test_free_along_finds_what_blocks_a_leg() -> None:
+    points = np.array([[2.0, 0.1], [2.0, 1.4]])
+    starts = np.array([[0.0, 0.0], [0.0, 3.0]])
+    met = free_along(starts, np.array([4.0, 0.0]), points, 0.3)
+    assert met[0] == pytest.approx(2.0, abs=0.01)
+    assert 2.0 < met[1] < 3.0
+    assert np.isinf(free_along(starts, np.array([4.0, 0.0]), points[:1] + 9,
+                               0.3)).all()
+
+
+def test_missing_ranges_are_interpolated_around_the_turn() -> None:
+    ranges = np.array([np.nan, 2.0, 3.0, 4.0])
+    np.testing.assert_allclose(fill_missing(ranges), [3.0, 2.0, 3.0, 4.0])
+
+
+@pytest.mark.parametrize(("name", "value"), [
+    ("radius", 0.0), ("margin", np.nan), ("smoothing", 1.5),
+    ("patience", 0), ("tight_margin", 0.5)])
+def test_a_parameter_out_of_range_is_named(name: str, value: float) -> None:
+    with pytest.raises(ParameterError, match=name):
+        replace(PARAMETERS, **{name: value})  # type: ignore[arg-type]

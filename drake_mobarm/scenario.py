@@ -1,5 +1,6 @@
 """Scenarios: what to simulate, read from YAML and checked before it runs."""
 
+import contextlib
 import dataclasses
 import math
 import typing
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import yaml
-from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+from pydrake.common.yaml import yaml_dump_typed
 
 from drake_mobarm.exceptions import ParameterError, ScenarioError, require
 from drake_mobarm.homing.avoidance import AvoidanceParameters
@@ -145,18 +146,7 @@ def load_scenario(
         raise ScenarioError(
             f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
         )
-    schema = SCENARIO_TYPES[kind]
-    _check_fields(schema, values, path, "")
-    try:
-        scenario: HomingScenario = yaml_load_typed(
-            schema=schema, data=yaml.safe_dump(values)
-        )
-    except RuntimeError as error:
-        line = " ".join(str(error).split())
-        raise ScenarioError(f"{path}: {line}") from error
-    except ParameterError as error:
-        raise ParameterError(f"{path}: {error}") from error
-    scenario.__post_init__()
+    scenario: HomingScenario = _make(SCENARIO_TYPES[kind], values, path, "")
     check_places(scenario, load_world(scenario.world))
     return scenario
 
@@ -241,28 +231,37 @@ def _override(values: dict[str, Any], override: str) -> None:
     values[last] = value
 
 
-def _check_fields(
-    schema: type[Any], values: dict[str, Any], path: Path, prefix: str
-) -> None:
-    kinds = typing.get_type_hints(schema)
-    fields = [f.name for f in dataclasses.fields(schema)]
-    for key, value in values.items():
-        if key not in fields:
+def _make(kind: type[Any], values: Any, path: Path, prefix: str) -> Any:
+    """A dataclass from a dict, which is checked all the way down.
+
+    pydrake's yaml_load_typed sets values past the dataclasses' own checks,
+    and does not say what the valid keys are.
+    """
+    if not isinstance(values, dict):
+        raise ScenarioError(f"{path}: {prefix[:-1]} needs keys and values")
+    kinds = typing.get_type_hints(kind)
+    names = [f.name for f in dataclasses.fields(kind)]
+    for key in values:
+        if key not in names:
             raise ScenarioError(
                 f"{path}: unknown key {prefix}{key}: valid are "
-                f"{', '.join(prefix + f for f in fields)}"
+                f"{', '.join(prefix + name for name in names)}"
             )
-        values[key] = _check_value(kinds[key], value, path, f"{prefix}{key}")
+    checked = {
+        key: _check_value(kinds[key], value, path, f"{prefix}{key}")
+        for key, value in values.items()
+    }
+    try:
+        return kind(**checked)
+    except ParameterError as error:
+        raise ParameterError(f"{path}: {prefix}{error}") from error
 
 
 def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
-    """The value, whole numbers made float where float is wanted."""
+    """The value as `kind`; whole numbers are made float where wanted."""
     if dataclasses.is_dataclass(kind):
-        if not isinstance(value, dict):
-            raise ScenarioError(f"{path}: {name} needs keys and values")
         assert isinstance(kind, type)
-        _check_fields(kind, value, path, f"{name}.")
-        return value
+        return _make(kind, value, path, f"{name}.")
     if typing.get_origin(kind) is list:
         if not isinstance(value, list):
             raise ScenarioError(f"{path}: {name} is {value!r}, not a list")
@@ -274,10 +273,8 @@ def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
     if kind is float:
         # YAML 1.1 reads 1e-3 as text.
         if isinstance(value, str):
-            try:
+            with contextlib.suppress(ValueError):
                 value = float(value)
-            except ValueError:
-                pass
         if isinstance(value, int) and not isinstance(value, bool):
             value = float(value)
         if isinstance(value, float) and not math.isfinite(value):

@@ -17,7 +17,7 @@ from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.metrics import homing_metrics, judge
 from drake_mobarm.scenario import HomingScenario
-from drake_mobarm.visualization import FRAMES_PER_SECOND, look_at
+from drake_mobarm.visualization import FRAMES_PER_SECOND, set_stage
 
 _LOG_PREFIX = "trace."
 _CHECK_PERIOD = 0.05
@@ -117,7 +117,7 @@ def run(
     context = simulator.get_mutable_context()
     diagram.SetRandomContext(context, RandomGenerator(noise_seed))
     if meshcat is not None:
-        look_at(meshcat, scenario.start, scenario.beacon)
+        set_stage(meshcat, scenario.start, scenario.beacon)
         meshcat.StartRecording(FRAMES_PER_SECOND)
         if live:
             simulator.set_target_realtime_rate(1.0)

@@ -85,13 +85,13 @@ class StationParameters:
     def __post_init__(self) -> None:
         require(
             0 < self.time_step <= 0.01,
-            "station.time_step",
+            "time_step",
             self.time_step,
             "above 0, up to 0.01 s",
         )
         require(
             len(self.stowed) == 6 and bool(np.isfinite(self.stowed).all()),
-            "station.stowed",
+            "stowed",
             self.stowed,
             "six finite joint angles",
         )

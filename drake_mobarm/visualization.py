@@ -108,14 +108,21 @@ def add_visualizer(
     builder.Connect(query_object, visualizer.query_object_input_port())
 
 
-def look_at(meshcat: Meshcat, start: list[float], beacon: list[float]) -> None:
-    """Points the camera so that start and beacon are both well in view."""
+def set_stage(
+    meshcat: Meshcat, start: list[float], beacon: list[float]
+) -> None:
+    """Even light, no grid, and start and beacon both well in view."""
+    for path in ("/Grid", "/Axes", "/Lights/SpotLight"):
+        meshcat.SetProperty(path, "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
+    meshcat.SetProperty("/Background", "top_color", [0.88, 0.90, 0.93])
+    meshcat.SetProperty("/Background", "bottom_color", [0.97, 0.97, 0.98])
     a, b = np.array(start[:2]), np.array(beacon)
     middle = (a + b) / 2
     reach = max(float(np.abs(a - b).max()), 4.0)
     meshcat.SetCameraPose(
-        [middle[0], middle[1] - 0.75 * reach, 0.95 * reach],
-        [middle[0], middle[1], 0.0],
+        [middle[0], middle[1] - 0.42 * reach, 0.62 * reach],
+        [middle[0], middle[1] - 0.06 * reach, 0.0],
     )
 
 

@@ -138,8 +138,8 @@ def test_unseen_things_are_backed_off_from_and_gone_round() -> None:
     assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
     assert any(s.speed_limit < 0 for s in states)
     phantoms = states[-1].phantoms
-    # It touched with its front, somewhere within its half width.
-    assert clearance([table], phantoms).max() < 0.27 + 0.1
+    assert clearance([table], phantoms[:3]).max() < 0.05
+    assert clearance([table], path[:, :2]).min() > 0.26
     # No two touches at one place: each one closes its way.
     touches = phantoms[1::3]
     for index, touch in enumerate(touches):
@@ -287,3 +287,17 @@ def test_missing_ranges_are_interpolated_around_the_turn() -> None:
 def test_a_parameter_out_of_range_is_named(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
         replace(PARAMETERS, **{name: value})  # type: ignore[arg-type]
+
+
+def test_without_a_gain_the_boundary_is_followed_on_one_side() -> None:
+    pillar = box(2, 3, -0.5, 0.4)
+    ranges = scan([pillar], (0, 0, 0))
+    state, rules, sides = initial_state(), [], set()
+    for _ in range(90):
+        state = update(state, (0, 0, 0), (6, 0), ranges, (0.2, 0), PARAMETERS)
+        rules.append(state.rule)
+        sides.add(state.side)
+    first = rules.index("follow")
+    assert PARAMETERS.patience <= first <= PARAMETERS.patience + 5
+    assert set(rules[:first]) == {"gap"}
+    assert len(sides - {0}) == 1

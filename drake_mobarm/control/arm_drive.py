@@ -33,15 +33,15 @@ class ArmDriveParameters:
 
     def __post_init__(self) -> None:
         require(
-            20 <= self.rate <= 100, "arm_drive.rate", self.rate, "20 to 100 Hz"
+            20 <= self.rate <= 100, "rate", self.rate, "20 to 100 Hz"
         )
         for name in ("k_p", "k_d"):
             value = getattr(self, name)
-            require(0 < value < np.inf, f"arm_drive.{name}", value, "above 0")
+            require(0 < value < np.inf, name, value, "above 0")
         require(
             len(self.no_load_speed) == 6
             and all(0 < x < np.inf for x in self.no_load_speed),
-            "arm_drive.no_load_speed",
+            "no_load_speed",
             self.no_load_speed,
             "six numbers above 0",
         )

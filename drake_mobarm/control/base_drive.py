@@ -30,13 +30,13 @@ class BaseDriveParameters:
 
     def __post_init__(self) -> None:
         require(
-            10 <= self.rate <= 100, "base_drive.rate", self.rate, "10 to 100 Hz"
+            10 <= self.rate <= 100, "rate", self.rate, "10 to 100 Hz"
         )
         for name in ("gain", "speed_limit", "acceleration_limit"):
             value = getattr(self, name)
             require(
                 len(value) == 2 and all(0 < x < np.inf for x in value),
-                f"base_drive.{name}",
+                name,
                 value,
                 "two numbers above 0",
             )

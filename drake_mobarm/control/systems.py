@@ -45,6 +45,8 @@ class BaseDriver(LeafSystem):
     - commanded_base_velocity (2): BaseVelocity [m/s, rad/s], in B.
     - measured_wheel_state (4): WheelState [rad, rad/s].
     - wheel_torque (2): left, right [N m], held between updates.
+
+    No direct feedthrough.
     """
 
     def __init__(self, parameters: BaseDriveParameters) -> None:
@@ -94,6 +96,8 @@ class ArmDriver(LeafSystem):
     - desired_arm_state (12): ArmState [rad, rad/s].
     - measured_arm_state (12): ArmState [rad, rad/s].
     - arm_torque (6): [N m], held between updates.
+
+    No direct feedthrough.
     """
 
     def __init__(

@@ -5,16 +5,17 @@ These are TangentBug's idea (Kamon, Rimon, Rivlin 1998) for a round robot, a
 fluctuating target, and things that its lidar does not see. The first rule
 that applies decides:
 
-====== ========================================= =========================
-rule   when                                      then
-====== ========================================= =========================
-wait   no target, or most rays missing           stand still
-back   wheels stalled: touched something unseen  remember it, back off
-target the corridor to the target is free        head for the target
-follow for `patience` no gain (below)            follow the boundary
-gap    otherwise                                 head for the gap of the
-                                                 shortest way
-====== ========================================= =========================
+====== ======================================== ==========================
+rule   when                                     then
+====== ======================================== ==========================
+wait   no target, or most rays are missing      stand still
+back   the wheels stall: something unseen       remember it, back off
+target the corridor to the target is free       head for the target
+leave  a boundary has been left for a place     head for it till there
+follow no gain for `patience`, or no gap        follow the boundary
+gap    otherwise                                head for the gap of the
+                                                shortest way
+====== ======================================== ==========================
 
 The shortest way: to the gap, then straight to the target, dearer when seen
 things block that second leg, when it bends away from the thing passed, by
@@ -28,13 +29,18 @@ when it starts where it started last; and once round without a departure, or
 boxed in, it tries narrower gaps and forgets the unseen things.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array, wrap_angle
+from drake_mobarm.homing.avoidance_state import (
+    AvoidanceParameters,
+    AvoidanceState,
+    initial_state,
+    no_points,
+)
 from drake_mobarm.homing.gaps import (
     Gaps,
     blocking_point,
@@ -47,128 +53,15 @@ from drake_mobarm.homing.gaps import (
 )
 from drake_mobarm.sensors.lidar import ray_angles
 
+__all__ = [
+    "AvoidanceParameters",
+    "AvoidanceState",
+    "initial_state",
+    "update",
+]
+
 _DIRECTIONS = 180  # Looked at for gaps and along boundaries: every 2 deg.
 _AHEAD = 1.2  # Waypoints this far ahead [m] do not slow the robot down.
-
-
-@dataclass(kw_only=True)
-class AvoidanceParameters:
-    """Sizes and patience of the rules; the dissertation gives no values.
-
-    Attributes:
-        radius: of the robot [m].
-        margin: kept free around it [m].
-        tight_margin: the same where there is no other way [m].
-        range_max: the lidar's; a range as long means "no return" [m].
-        max_speed: [m/s].
-        deceleration: to stop before a seen thing [m/s^2].
-        jump: of the free length that makes a gap [m].
-        hysteresis: by how much a new gap's way must be shorter [m].
-        blocked_cost: of a way that seen things block [m].
-        slack_cost: of a way that bends away from the thing it passes [m].
-        side_cost: of passing a thing on the other side than planned [m].
-        turn_cost: of turning towards a gap [m/rad].
-        smoothing: share of a new target estimate that is taken at once.
-        patience: updates without a gain until a boundary is followed.
-        gain: by how much a boundary's end must be nearer [m].
-        lookahead: free length that counts as open along a boundary [m].
-        first_leg: way along a boundary until turning back [m].
-        stall_speed: a measured speed that counts as standing [m/s].
-        stall_updates: updates of standing that make a stall.
-        back_speed: of backing off [m/s].
-        back_updates: updates of backing off.
-    """
-
-    radius: float = 0.27
-    margin: float = 0.06
-    tight_margin: float = 0.015
-    range_max: float = 12.0
-    max_speed: float = 1.0
-    deceleration: float = 0.8
-    jump: float = 0.4
-    hysteresis: float = 0.6
-    blocked_cost: float = 3.0
-    slack_cost: float = 3.0
-    side_cost: float = 2.0
-    turn_cost: float = 0.2
-    smoothing: float = 0.1
-    patience: int = 50
-    gain: float = 0.3
-    lookahead: float = 0.8
-    first_leg: float = 10.0
-    stall_speed: float = 0.03
-    stall_updates: int = 5
-    back_speed: float = 0.2
-    back_updates: int = 12
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require(0 < value < np.inf, f"avoidance.{name}", value,
-                    "finite and positive")
-        require(self.smoothing <= 1, "avoidance.smoothing", self.smoothing,
-                "in (0, 1]")
-        require(self.tight_margin <= self.margin, "avoidance.tight_margin",
-                self.tight_margin, "up to `margin`")
-
-
-def _no_points() -> Array:
-    return np.empty((0, 2))
-
-
-@dataclass(frozen=True)
-class AvoidanceState:
-    """What the rules decided, and the little that they remember.
-
-    Attributes:
-        waypoint: to drive to, in W [m], (2,).
-        speed_limit: [m/s]; negative: back straight off at that speed.
-        rule: the rule that decided.
-        target: the smoothed target in W [m], (2,).
-        gap: the gap headed for, in W [m], (2,).
-        gap_side: of the thing it passes: +1 to the right, -1 to the left.
-        ground: places visited in W [m], (n, 2), half a metre apart.
-        phantoms: unseen things touched, in W [m], (n, 2).
-        idle: updates without a gain.
-        promise: the shortest way found since the last boundary [m].
-        side: of the boundary: +1 to the right, -1 to the left, 0 for none.
-        boundary: its point that limits the way, in W [m], (2,).
-        exit: the place where a boundary is left for, in W [m], (2,).
-        hit: where the last boundary was met, in W [m], (2,).
-        hit_side: the side chosen there.
-        followed: way along the boundary [m].
-        leg: way along it until turning back [m].
-        tight: whether narrower gaps are tried.
-        stalled: updates of standing.
-        backing: updates of backing off that are left.
-        previous: the last position in W [m], (2,).
-    """
-
-    waypoint: Array
-    speed_limit: float
-    rule: str = "wait"
-    target: Array | None = None
-    gap: Array | None = None
-    gap_side: int = 0
-    ground: Array = field(default_factory=_no_points)
-    phantoms: Array = field(default_factory=_no_points)
-    idle: int = 0
-    promise: float = np.inf
-    side: int = 0
-    boundary: Array | None = None
-    exit: Array | None = None
-    hit: Array | None = None
-    hit_side: int = 0
-    followed: float = 0.0
-    leg: float = np.inf
-    tight: bool = False
-    stalled: int = 0
-    backing: int = 0
-    previous: Array | None = None
-
-
-def initial_state() -> AvoidanceState:
-    """Nothing remembered, standing still."""
-    return AvoidanceState(np.zeros(2), 0.0)
 
 
 @dataclass(frozen=True)
@@ -217,9 +110,9 @@ def update(
     state = _remember(state, position, estimate, parameters)
     view = _look(state, position, yaw, scan, parameters)
     speed = float(np.asarray(velocity, dtype=float)[0])
-    return (_back_off(state, view, speed, parameters)
-            or _choose_way(_count_stall(state, view, speed, parameters),
-                           view, parameters))
+    state = _count_stall(state, view, speed, parameters)
+    return (_back_off(state, view, parameters)
+            or _choose_way(state, view, parameters))
 
 
 def _remember(state: AvoidanceState, position: Array, estimate: Array,
@@ -230,11 +123,14 @@ def _remember(state: AvoidanceState, position: Array, estimate: Array,
         target = state.target + parameters.smoothing * step
     if state.previous is not None:
         followed += _norm(position - state.previous)
+    anchor, stay = state.anchor, state.stay + 1
+    if anchor is None or _norm(position - anchor) > 0.7:
+        anchor, stay = position, 0
     ground, idle = state.ground, state.idle + 1
     if np.all(_norms(ground - position) > 0.5):
         ground, idle = np.vstack([ground, position])[-200:], 0
     return replace(state, target=target, previous=position, ground=ground,
-                   followed=followed, idle=idle)
+                   followed=followed, idle=idle, anchor=anchor, stay=stay)
 
 
 def _look(state: AvoidanceState, position: Array, yaw: float, scan: Array,
@@ -272,19 +168,13 @@ def _count_stall(state: AvoidanceState, view: _View, speed: float,
     return replace(state, stalled=stalled)
 
 
-def _back_off(state: AvoidanceState, view: _View, speed: float,
+def _back_off(state: AvoidanceState, view: _View,
               parameters: AvoidanceParameters) -> AvoidanceState | None:
     """Rule "back": after a stall, and until far enough from it."""
-    stalled = _count_stall(state, view, speed, parameters).stalled
-    if state.backing == 0 and stalled >= parameters.stall_updates:
-        ahead = parameters.radius + 0.08
-        # Some width: where its front touched is not known. More would close
-        # ways beside the thing, and each further touch adds to it.
-        touched = np.array([[ahead, -0.1], [ahead, 0.0], [ahead, 0.1]])
-        forward, left = unit(view.yaw), unit(view.yaw + np.pi / 2)
-        phantoms = view.position + touched @ np.stack([forward, left])
+    if state.backing == 0 and state.stalled >= parameters.stall_updates:
+        touched = _touched(state, view, parameters)
         state = replace(state, stalled=0, backing=parameters.back_updates,
-                        phantoms=np.vstack([state.phantoms, phantoms])[-90:],
+                        phantoms=np.vstack([state.phantoms, touched])[-90:],
                         gap=None, exit=None)
     if state.backing == 0:
         return None
@@ -295,8 +185,28 @@ def _back_off(state: AvoidanceState, view: _View, speed: float,
                    speed_limit=-parameters.back_speed)
 
 
+def _touched(state: AvoidanceState, view: _View,
+             parameters: AvoidanceParameters) -> Array:
+    """Where in front something unseen was touched, in W [m], (3, 2)."""
+    # Most likely a part of what is being passed: a seat, a table's board.
+    side = state.gap_side if state.rule == "gap" else state.side
+    for angle in (view.yaw - 0.7 * side, view.yaw, view.yaw + 0.7 * side):
+        place = (parameters.radius + 0.06) * unit(angle)
+        known = _norms(state.phantoms - view.position - place)
+        if np.all(known > 0.15):
+            break
+    across = unit(angle + np.pi / 2)
+    width = np.array([[-0.08], [0.0], [0.08]])
+    touched: Array = view.position + place + width * across
+    return touched
+
+
 def _choose_way(state: AvoidanceState, view: _View,
                 parameters: AvoidanceParameters) -> AvoidanceState:
+    if state.stay > parameters.boxed_updates:
+        state = replace(state, stay=0, side=0, gap=None, exit=None, idle=0,
+                        tight=not state.tight, promise=np.inf,
+                        phantoms=no_points())
     if state.side == 0 and _target_is_free(view):
         return _head_for_target(state, view, parameters)
     if state.exit is not None:
@@ -404,10 +314,9 @@ def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
     assert state.hit is not None
     # After turning back it meets that place on the way, too.
     least = 3.0 + (parameters.first_leg if np.isinf(state.leg) else 0.0)
-    stuck = state.idle > 2 * parameters.patience  # Boxed in by phantoms.
     around = _norm(state.hit - view.position) < 0.5
-    if around and (state.followed > least or stuck):
-        return replace(left, tight=not state.tight, phantoms=_no_points())
+    if around and state.followed > least:
+        return replace(left, tight=not state.tight, phantoms=no_points())
     return state
 
 

@@ -46,6 +46,8 @@ class TargetEstimator(LeafSystem):
 
     A reading that is marked invalid, or is not finite, changes nothing.
 
+    No direct feedthrough.
+
     Args:
         calibration: of the beacon's RSSI.
         p_BA: the antenna in the base's frame [m], (2,).
@@ -184,6 +186,8 @@ class StraightToTarget(LeafSystem):
 
     - estimated_target (3): TargetEstimate in W.
     - waypoint (3): Waypoint in W, without a limit of its own on speed.
+
+    Direct feedthrough.
     """
 
     def __init__(self) -> None:
@@ -220,6 +224,8 @@ class ObstacleAvoidance(LeafSystem):
     - estimated_target (3): TargetEstimate in W.
     - lidar_ranges (rays): [m], as `ray_angles` orders them.
     - waypoint (3): Waypoint in W.
+
+    No direct feedthrough.
 
     Args:
         parameters: of the rules.
@@ -293,6 +299,8 @@ class HomingController(LeafSystem):
     - waypoint (3): Waypoint in W.
     - arrived (1): 1 to halt.
     - commanded_base_velocity (2): BaseVelocity in B.
+
+    Direct feedthrough.
     """
 
     def __init__(self, parameters: ControllerParameters) -> None:

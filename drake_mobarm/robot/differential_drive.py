@@ -55,7 +55,7 @@ class DifferentialDrive:
             "wheel_torque_limit",
         ):
             value = getattr(self, field)
-            require(0 < value < np.inf, f"base.{field}", value, "above 0")
+            require(0 < value < np.inf, field, value, "above 0")
 
     def body_velocity(self, wheel_speeds: ArrayLike) -> Array:
         """(v, w) [m/s, rad/s], (..., 2), of wheel speeds; (7.1), (7.2).

@@ -177,27 +177,27 @@ class BeaconParameters:
     def __post_init__(self) -> None:
         require(
             0 < self.rate <= 50,
-            "beacon.rate",
+            "rate",
             self.rate,
             "above 0, up to 50 Hz",
         )
         require(
             self.model in BEACONS,
-            "beacon.model",
+            "model",
             self.model,
             ", ".join(BEACONS),
         )
         require(
             0 < self.field_of_view <= 2 * math.pi,
-            "beacon.field_of_view",
+            "field_of_view",
             self.field_of_view,
             "above 0, up to 2 pi",
         )
-        require(0 <= self.dropout < 1, "beacon.dropout", self.dropout, "[0, 1)")
+        require(0 <= self.dropout < 1, "dropout", self.dropout, "[0, 1)")
         for outage in self.outages:
             require(
                 len(outage) == 2 and outage[0] <= outage[1],
-                "beacon.outages",
+                "outages",
                 outage,
                 "[from, until] in s",
             )

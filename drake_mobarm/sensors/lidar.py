@@ -26,21 +26,21 @@ class LidarParameters:
     noise: float = 0.01
 
     def __post_init__(self) -> None:
-        require(self.rays >= 8, "lidar.rays", self.rays, "8 or more")
+        require(self.rays >= 8, "rays", self.rays, "8 or more")
         require(
             0 < self.rate <= 100,
-            "lidar.rate",
+            "rate",
             self.rate,
             "above 0, up to 100 Hz",
         )
         require(
             0 < self.range_max < np.inf,
-            "lidar.range_max",
+            "range_max",
             self.range_max,
             "above 0 m",
         )
         require(
-            0 <= self.noise < np.inf, "lidar.noise", self.noise, "0 m or more"
+            0 <= self.noise < np.inf, "noise", self.noise, "0 m or more"
         )
 
 

@@ -56,6 +56,8 @@ class Lidar(LeafSystem):
     - noise (rays): standard normal.
     - lidar_ranges (rays): [m], counter-clockwise from straight behind
       (`ray_angles`), about the base's centre; range_max where nothing is.
+
+    No direct feedthrough.
     """
 
     def __init__(
@@ -106,6 +108,8 @@ class BeaconSensor(LeafSystem):
     - base_pose (3): PlanarPose, true.
     - noise (4): uniform in [0, 1).
     - beacon_reading (3): BeaconReading, angle in the antenna's frame.
+
+    No direct feedthrough.
     """
 
     def __init__(
@@ -170,6 +174,8 @@ class Odometry(LeafSystem):
     - measured_wheel_state (4): WheelState [rad, rad/s].
     - measured_base_pose (3): PlanarPose in W, from the start pose on.
     - measured_base_velocity (2): BaseVelocity [m/s, rad/s].
+
+    No direct feedthrough.
     """
 
     def __init__(
@@ -217,7 +223,10 @@ class BaseTruth(LeafSystem):
 
     - robot_state (n): positions and velocities of the robot's model, its
       floating base first (quaternion, position).
-    - base_pose (3): PlanarPose in W; base_velocity (2): BaseVelocity.
+    - base_pose (3): PlanarPose in W.
+    - base_velocity (2): BaseVelocity in B.
+
+    Direct feedthrough.
     """
 
     def __init__(self, num_positions: int, num_states: int) -> None:
@@ -264,9 +273,12 @@ class GroundTruthMonitor(LeafSystem):
         output_ports:
         - ground_truth
 
-    - base_pose (3): PlanarPose; base_velocity (2): BaseVelocity, both true.
+    - base_pose (3): PlanarPose, true.
+    - base_velocity (2): BaseVelocity, true.
     - contact_results: the plant's.
     - ground_truth (7): GroundTruth.
+
+    Direct feedthrough.
     """
 
     def __init__(

@@ -1,0 +1,224 @@
+"""What every LeafSystem of the library keeps, whatever it does."""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from pydrake.common.value import Value
+from pydrake.geometry import Meshcat
+from pydrake.multibody.plant import ContactResults
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import LeafSystem, PortDataType
+
+import drake_mobarm
+from drake_mobarm import signals
+from drake_mobarm.control.arm_drive import ArmDriveParameters
+from drake_mobarm.control.base_drive import BaseDriveParameters
+from drake_mobarm.control.systems import ArmDriver, BaseDriver
+from drake_mobarm.homing.avoidance import AvoidanceParameters
+from drake_mobarm.homing.controller import ControllerParameters
+from drake_mobarm.homing.filter import FilterParameters
+from drake_mobarm.homing.hybrid import HybridParameters
+from drake_mobarm.homing.systems import (
+    FilterEstimator,
+    HomingController,
+    HybridEstimator,
+    ObstacleAvoidance,
+    StraightToTarget,
+    TargetEstimator,
+)
+from drake_mobarm.robot.differential_drive import DifferentialDrive
+from drake_mobarm.sensors.beacon import (
+    NOISE_CONFIGURATIONS,
+    BeaconParameters,
+)
+from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.sensors.rssi import RssiModel
+from drake_mobarm.sensors.systems import (
+    BaseTruth,
+    BeaconSensor,
+    GroundTruthMonitor,
+    Lidar,
+    Odometry,
+)
+from drake_mobarm.station import STOWED
+from drake_mobarm.visualization import HomingView
+
+WALL = (np.array([[2.0, 1.0]]), np.array([[2.0, -1.0]]))
+ANTENNA = np.array([0.2, 0.0])
+ESTIMATOR = (RssiModel(), ANTENNA, 20.0, 0.01)
+
+MAKE = {
+    ArmDriver: lambda: ArmDriver(ArmDriveParameters(), list(STOWED)),
+    BaseDriver: lambda: BaseDriver(BaseDriveParameters()),
+    BaseTruth: lambda: BaseTruth(15, 29),
+    BeaconSensor: lambda: BeaconSensor(
+        BeaconParameters(), 5, ANTENNA, np.array([3.0, 1.0])
+    ),
+    FilterEstimator: lambda: FilterEstimator(
+        FilterParameters(), NOISE_CONFIGURATIONS[5], *ESTIMATOR
+    ),
+    GroundTruthMonitor: lambda: GroundTruthMonitor(lambda contact: True, 50.0),
+    HomingController: lambda: HomingController(ControllerParameters()),
+    HomingView: lambda: HomingView(Meshcat(), [3.0, 1.0]),
+    HybridEstimator: lambda: HybridEstimator(HybridParameters(), *ESTIMATOR),
+    Lidar: lambda: Lidar(LidarParameters(), *WALL),
+    ObstacleAvoidance: lambda: ObstacleAvoidance(
+        AvoidanceParameters(), 360, 10.0, 0.01
+    ),
+    Odometry: lambda: Odometry(DifferentialDrive(), [1.0, 2.0, 0.3], 50.0),
+    StraightToTarget: StraightToTarget,
+}
+RAYS = 360
+VIEWS = {
+    name: signals.size(view)
+    for name, view in vars(signals).items()
+    if isinstance(view, type) and hasattr(view, "get_fields")
+}
+
+
+def library_systems():
+    root = Path(drake_mobarm.__file__).parent
+    files = [*root.glob("*/systems.py"), root / "visualization.py"]
+    found = set()
+    for file in files:
+        name = ".".join(file.relative_to(root.parent).with_suffix("").parts)
+        for _, kind in inspect.getmembers(importlib.import_module(name)):
+            if (
+                inspect.isclass(kind)
+                and issubclass(kind, LeafSystem)
+                and kind.__module__ == name
+                and not kind.__name__.startswith("_")
+            ):
+                found.add(kind)
+    return found
+
+
+def documentation(kind):
+    """The docstring that tells the ports: its own or its base's."""
+    text = inspect.getdoc(kind)
+    if ".. pydrake_system::" not in text:
+        text = inspect.getdoc(TargetEstimator)
+    return text
+
+
+def documented_ports(kind):
+    block = documentation(kind).split(".. pydrake_system::")[1]
+    block = re.split(r"\n(?=\S)", block)[0]
+    return yaml.safe_load(inspect.cleandoc(block))
+
+
+def fix_inputs(system, context, rng):
+    for index in range(system.num_input_ports()):
+        port = system.get_input_port(index)
+        if port.get_data_type() == PortDataType.kAbstractValued:
+            port.FixValue(context, Value(ContactResults()))
+        elif port.get_name() == "robot_state":
+            port.FixValue(context, [1.0, *rng.uniform(0, 1, port.size() - 1)])
+        else:
+            port.FixValue(context, rng.uniform(0.1, 1.0, port.size()))
+
+
+def outputs(system, context):
+    return np.concatenate(
+        [
+            system.get_output_port(i).Eval(context)
+            for i in range(system.num_output_ports())
+        ]
+        or [np.zeros(0)]
+    )
+
+
+def test_every_system_is_in_this_contract():
+    assert library_systems() - {TargetEstimator} == set(MAKE)
+
+
+@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_the_documented_ports_are_the_real_ones(kind):
+    system = MAKE[kind]()
+    ports = documented_ports(kind)
+    assert ports.get("input_ports", []) == [
+        system.get_input_port(i).get_name()
+        for i in range(system.num_input_ports())
+    ]
+    assert ports.get("output_ports", []) == [
+        system.get_output_port(i).get_name()
+        for i in range(system.num_output_ports())
+    ]
+
+
+@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_the_documented_sizes_are_the_real_ones(kind):
+    system = MAKE[kind]()
+    lines = dict(
+        re.findall(r"^- (\w+) \((\w+)\):(.*)$", documentation(kind), re.M)
+        and [
+            (name, (size, text))
+            for name, size, text in re.findall(
+                r"^- (\w+) \((\w+)\):(.*)$", documentation(kind), re.M
+            )
+        ]
+    )
+    ports = [
+        *map(system.get_input_port, range(system.num_input_ports())),
+        *map(system.get_output_port, range(system.num_output_ports())),
+    ]
+    vectors = [
+        p for p in ports if p.get_data_type() == PortDataType.kVectorValued
+    ]
+    assert {p.get_name() for p in vectors} == set(lines)
+    for port in vectors:
+        size, text = lines[port.get_name()]
+        if size.isdigit():
+            assert port.size() == int(size)
+        elif size == "rays":
+            assert port.size() == RAYS
+        named = [
+            VIEWS[word] for word in re.findall(r"\w+", text) if word in VIEWS
+        ]
+        assert all(port.size() == fields for fields in named[:1])
+
+
+@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_feedthrough_is_as_documented(kind):
+    system = MAKE[kind]()
+    if system.num_output_ports() == 0:
+        return
+    promised_none = "No direct feedthrough." in documentation(kind)
+    assert promised_none or "Direct feedthrough." in documentation(kind)
+    assert system.HasAnyDirectFeedthrough() != promised_none
+
+
+@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_the_same_context_gives_the_same_output(kind):
+    system = MAKE[kind]()
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    fix_inputs(system, context, np.random.default_rng(0))
+    simulator.AdvanceTo(0.3)
+    once = outputs(system, context)
+    system.SetDefaultContext(system.CreateDefaultContext())
+    np.testing.assert_array_equal(outputs(system, context), once)
+    np.testing.assert_array_equal(outputs(system, context.Clone()), once)
+
+
+@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_two_contexts_never_meet(kind):
+    system = MAKE[kind]()
+    alone, beside = (Simulator(system) for _ in range(2))
+    fix_inputs(system, alone.get_mutable_context(), np.random.default_rng(1))
+    fix_inputs(system, beside.get_mutable_context(), np.random.default_rng(2))
+    alone.AdvanceTo(0.313)
+    expected = outputs(system, alone.get_context())
+    again = Simulator(system)
+    fix_inputs(system, again.get_mutable_context(), np.random.default_rng(1))
+    for time in (0.053, 0.123, 0.203, 0.313):
+        beside.AdvanceTo(time)
+        again.AdvanceTo(time)
+    np.testing.assert_array_equal(
+        outputs(system, again.get_context()), expected
+    )

@@ -115,7 +115,8 @@ def test_joint_in_motion_settles_on_the_goal(q, v, goal):
 def test_jump_takes_little_longer_than_the_limits_allow(jump, seconds):
     passed = follow([0.0, 0.0], [(jump, 0.0)] * 300)[:, 0]
     arrived = (np.flatnonzero(np.abs(passed - jump) < 1e-3)[0] + 1) * STEP
-    assert 0.9 * seconds <= arrived <= 1.05 * seconds + 0.05
+    # The last 1e-3 rad of braking would take 0.02 s.
+    assert seconds - 0.03 <= arrived <= 1.05 * seconds + 0.05
 
 
 @settings(max_examples=30)

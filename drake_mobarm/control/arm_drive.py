@@ -12,6 +12,10 @@ from drake_mobarm.geometry import Array, clip_magnitude
 _NO_LOAD_SPEED = [4.817, 4.817, 4.817, 4.817, 4.817, 6.388]
 
 
+REFERENCE_SHARE = 0.8
+"""Of the acceleration limit for the reference; the rest corrects errors."""
+
+
 @dataclass(kw_only=True)
 class ArmDriveParameters:
     """How the arm follows a desired state.
@@ -48,10 +52,14 @@ class ArmDriveParameters:
 
 
 def desired_acceleration(
-    error: Array, error_rate: Array, parameters: ArmDriveParameters
+    error: Array,
+    error_rate: Array,
+    limit: Array,
+    parameters: ArmDriveParameters,
 ) -> Array:
-    """U = k_p e + k_d e' [rad/s^2], (6,); (7.12)."""
-    return parameters.k_p * error + parameters.k_d * error_rate
+    """u = k_p e + k_d e' [rad/s^2], (6,), within the joints' limit; (7.12)."""
+    u = parameters.k_p * error + parameters.k_d * error_rate
+    return clip_magnitude(u, limit)
 
 
 def limit_reference(

@@ -9,6 +9,7 @@ from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_mobarm.control.arm_drive import (
+    REFERENCE_SHARE,
     ArmDriveParameters,
     desired_acceleration,
     limit_reference,
@@ -127,7 +128,12 @@ class ArmDriver(LeafSystem):
             context.get_discrete_state(self._reference).value().reshape(2, 6)
         )
         error, error_rate = reference - measured
-        u = desired_acceleration(error, error_rate, self._parameters)
+        u = desired_acceleration(
+            error,
+            error_rate,
+            self._model.acceleration_limit,
+            self._parameters,
+        )
         torque = self._model.inverse_dynamics(*measured, u)
         state.set_value(
             self._torque,
@@ -148,7 +154,7 @@ class ArmDriver(LeafSystem):
                     ),
                     self._step,
                     self._model.speed_limit,
-                    self._model.acceleration_limit,
+                    REFERENCE_SHARE * self._model.acceleration_limit,
                 ).ravel(),
             )
 

@@ -3,6 +3,7 @@
 All points and angles are relative to the robot's centre, in any fixed axes.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -58,17 +59,17 @@ def free_length(angle: float, points: Array, radius: float) -> float:
     Returns:
         The free length [m], infinite where nothing is met.
     """
-    return float(_lengths(angle, points, radius).min(initial=np.inf))
+    return float(_lengths(angle, points, radius)[0].min(initial=np.inf))
 
 
 def blocking_point(
     angle: float, points: Array, radius: float
 ) -> Array | None:
     """The point [m], (2,), that a disc going along `angle` meets first."""
-    lengths = _lengths(angle, points, radius)
-    if not np.isfinite(lengths).any():
+    lengths, met = _lengths(angle, points, radius)
+    if not lengths.size:
         return None
-    found: Array = points[np.argmin(lengths)]
+    found: Array = met[np.argmin(lengths)]
     return found
 
 
@@ -100,12 +101,14 @@ def free_around(
     offset = np.arange(len(point)) - np.repeat(
         np.cumsum(blocked) - blocked, blocked)
     direction = first[point] + offset
-    angle = direction * step - bearing[point]
-    across = distance[point] * np.sin(angle)
-    depth = np.sqrt(np.maximum(reach[point] ** 2 - across**2, 0.0))
+    # In single precision, far below the noise: several times faster.
+    angle = (direction * step - bearing[point]).astype(np.float32)
+    away = distance.astype(np.float32)[point]
+    across = away * np.sin(angle)
+    depth = (reach**2).astype(np.float32)[point] - across**2
+    length = away * np.cos(angle) - np.sqrt(np.maximum(depth, 0))
     free = np.full(count, horizon)
-    np.minimum.at(free, direction % count,
-                  distance[point] * np.cos(angle) - depth)
+    np.minimum.at(free, direction % count, length.astype(float))
     return free
 
 
@@ -162,11 +165,16 @@ def _reach(distance: Array, radius: float) -> Array:
     return reach
 
 
-def _lengths(angle: float, points: Array, radius: float) -> Array:
-    cos, sin = np.cos(angle), np.sin(angle)
-    along = cos * points[:, 0] + sin * points[:, 1]
-    across = cos * points[:, 1] - sin * points[:, 0]
+def _lengths(
+    angle: float, points: Array, radius: float
+) -> tuple[Array, Array]:
+    """Free lengths (k,) up to the points (k, 2) in the disc's way."""
+    cos, sin = math.cos(angle), math.sin(angle)
+    along = points @ np.array([cos, sin])
+    across = points @ np.array([-sin, cos])
+    near = (along > 0) & (np.abs(across) < radius)
+    points, along, across = points[near], along[near], across[near]
     reach = _reach(np.hypot(points[:, 0], points[:, 1]), radius)
     depth = reach**2 - across**2
-    met = (depth > 0) & (along > 0)
-    return np.where(met, along - np.sqrt(np.maximum(depth, 0.0)), np.inf)
+    met = depth > 0
+    return along[met] - np.sqrt(depth[met]), points[met]

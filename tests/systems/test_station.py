@@ -147,7 +147,8 @@ def test_the_arm_moves_within_its_limits_and_arrives():
         fastest = np.maximum(fastest, np.abs(speed))
         before = speed
     assert (fastest < np.pi).all()
-    assert hardest.max() == pytest.approx(5.0, rel=0.2)
+    # 5 rad/s^2, but for what the base gives way.
+    assert 4.0 < hardest.max() < 5.5
     np.testing.assert_allclose(
         driven.read("measured_arm_state")[:6], goal, atol=5e-3
     )

@@ -1,0 +1,200 @@
+import numpy as np
+import pytest
+from pydrake.common import RandomGenerator
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_mobarm import load_scenario, run
+from drake_mobarm.diagrams.homing import make_estimator
+from drake_mobarm.homing.systems import HomingController, StraightToTarget
+from drake_mobarm.scenario import ESTIMATORS, scenario_names
+from drake_mobarm.simulation import build_diagram
+from drake_mobarm.station import STOWED, build_station
+from drake_mobarm.world.sdf import load_world
+
+OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "noise=3"]
+
+
+def open_space(*overrides):
+    return load_scenario("homing", [*OPEN, "beacon=[3, 2]", *overrides])
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_shipped_scenario_runs_for_a_blink(name):
+    result = run(load_scenario(name, ["time_limit=0.5"]))
+    assert result.simulated_s == pytest.approx(0.5)
+    assert not result.success
+    assert "time limit" in result.reason
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_the_robot_finds_a_beacon_in_open_space(estimator):
+    result = run(open_space(f"estimator={estimator}"), seed=1)
+    assert result.success
+    metrics = result.metrics
+    assert metrics["goal_position_error_m"] < 0.15
+    assert metrics["final_position_error_m"] < 0.45
+    assert metrics["path_efficiency"] > 0.95
+    assert metrics["contacts"] == 0
+    # It is the true position that is judged, and the clock that is read.
+    end = result.trace["ground_truth"][-1, :2]
+    assert metrics["final_position_error_m"] == pytest.approx(
+        np.hypot(*(end - [3, 2]))
+    )
+    assert metrics["time_to_target_s"] == pytest.approx(result.simulated_s)
+
+
+def test_the_same_seed_gives_the_same_trace_to_the_bit():
+    first, second = (run(open_space(), seed=7) for _ in range(2))
+    assert first.trace.keys() == second.trace.keys()
+    for name, values in first.trace.items():
+        np.testing.assert_array_equal(values, second.trace[name], name)
+    assert first.metrics == second.metrics
+
+
+def test_another_seed_gives_other_noise():
+    first, second = (run(open_space(), seed=s) for s in (7, 8))
+    readings = [r.trace["beacon_reading"][4:10, 0] for r in (first, second)]
+    assert np.abs(readings[0] - readings[1]).max() > 1e-3
+
+
+def test_recording_does_not_change_the_trace():
+    scenario = open_space("time_limit=1")
+    plain, recorded = run(scenario), run(scenario, record=True)
+    for name, values in plain.trace.items():
+        np.testing.assert_array_equal(values, recorded.trace[name], name)
+    assert plain.recording is None
+    assert "meshcat" in recorded.recording.lower()
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_ten_seconds_of_silence_do_not_stop_the_robot(estimator):
+    scenario = open_space(f"estimator={estimator}")
+    scenario.station.beacon.outages = [[1.0, 11.0]]
+    result = run(scenario, seed=2)
+    assert result.success
+    assert result.metrics["time_to_target_s"] > 11.0
+    silent = (result.trace["t"] > 1.2) & (result.trace["t"] < 10.9)
+    assert (result.trace["beacon_reading"][silent, 2] == 0).all()
+    held = result.trace["estimated_target"][silent]
+    np.testing.assert_array_equal(held, np.tile(held[0], (len(held), 1)))
+
+
+def test_a_silent_beacon_makes_the_robot_look_around_until_its_time_is_up():
+    scenario = open_space("time_limit=3")
+    scenario.station.beacon.outages = [[0.0, 100.0]]
+    result = run(scenario)
+    assert not result.success
+    assert np.isnan(result.metrics["goal_position_error_m"])
+    assert result.trace["ground_truth"][-1, 4] == pytest.approx(0.5, abs=0.05)
+    assert '"goal_position_error_m": null' in result.summary()
+
+
+def test_a_narrow_field_of_view_is_turned_until_it_hears_the_beacon():
+    scenario = load_scenario(
+        "homing",
+        [*OPEN, "beacon=[-3, 1]", "station.beacon.field_of_view=3.14159"],
+    )
+    result = run(scenario, seed=3)
+    assert result.success
+    assert result.trace["beacon_reading"][10, 2] == 0
+
+
+class SendsNaN(LeafSystem):
+    """Passes readings on, but NaN marked valid from 1 s to 3 s."""
+
+    def __init__(self):
+        super().__init__()
+        self.DeclareVectorInputPort("reading", 3)
+        self.DeclareVectorOutputPort("broken", 3, self._calc)
+
+    def _calc(self, context, output):
+        broken = 1.0 <= context.get_time() < 3.0
+        reading = self.get_input_port().Eval(context)
+        output.SetFromVector([np.nan, np.nan, 1.0] if broken else reading)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_sensor_that_sends_nan_does_not_poison_the_estimate(estimator):
+    scenario = open_space(f"estimator={estimator}")
+    builder = DiagramBuilder()
+    station = builder.AddSystem(
+        build_station(
+            load_world("empty"),
+            scenario.start,
+            scenario.beacon,
+            scenario.noise,
+            scenario.station,
+        )
+    )
+    fault = builder.AddSystem(SendsNaN())
+    target = builder.AddSystem(make_estimator(scenario, 0))
+    guide = builder.AddSystem(StraightToTarget())
+    controller = builder.AddSystem(HomingController(scenario.controller))
+    stow = builder.AddSystem(ConstantVectorSource([*STOWED, *np.zeros(6)]))
+    pose = station.GetOutputPort("measured_base_pose")
+    for source, sink in (
+        (station.GetOutputPort("beacon_reading"), fault.get_input_port()),
+        (fault.get_output_port(), target.GetInputPort("beacon_reading")),
+        (pose, target.GetInputPort("measured_base_pose")),
+        (target.GetOutputPort("estimated_target"), guide.get_input_port()),
+        (pose, controller.GetInputPort("measured_base_pose")),
+        (guide.get_output_port(), controller.GetInputPort("waypoint")),
+        (
+            target.GetOutputPort("arrived"),
+            controller.GetInputPort("arrived"),
+        ),
+        (
+            controller.get_output_port(),
+            station.GetInputPort("commanded_base_velocity"),
+        ),
+        (stow.get_output_port(), station.GetInputPort("desired_arm_state")),
+    ):
+        builder.Connect(source, sink)
+    builder.ExportOutput(target.GetOutputPort("estimated_target"), "target")
+    builder.ExportOutput(target.GetOutputPort("arrived"), "arrived")
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    diagram.SetRandomContext(context, RandomGenerator(1))
+    while not diagram.GetOutputPort("arrived").Eval(context)[0]:
+        simulator.AdvanceTo(context.get_time() + 0.1)
+        assert context.get_time() < 20
+        estimate = diagram.GetOutputPort("target").Eval(context)
+        if estimate[2]:
+            assert np.isfinite(estimate).all()
+    np.testing.assert_allclose(estimate[:2], [3, 2], atol=0.15)
+
+
+def test_estimator_and_avoidance_are_swapped_behind_the_same_ports():
+    diagrams = [
+        build_diagram(
+            load_scenario("homing", [f"estimator={e}", f"avoidance={a}"])
+        )
+        for e in ESTIMATORS
+        for a in ("none", "rules")
+    ]
+    outputs = {
+        (
+            tuple(
+                system.get_output_port(i).get_name()
+                for i in range(system.num_output_ports())
+            )
+        )
+        for diagram in diagrams
+        for system in [diagram.GetSubsystemByName("estimator")]
+    }
+    assert outputs == {("estimated_target", "arrived")}
+    for diagram in diagrams:
+        guide = diagram.GetSubsystemByName("avoidance")
+        assert guide.GetOutputPort("waypoint").size() == 3
+
+
+def test_only_metrics_and_drawing_read_the_ground_truth():
+    diagram = build_diagram(load_scenario("homing"))
+    readers = []
+    for (system, _), (source, port) in diagram.connection_map().items():
+        if source.get_output_port(port).get_name() == "ground_truth":
+            readers.append(system.get_name())
+    assert readers == ["trace.ground_truth"]

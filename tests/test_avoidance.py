@@ -212,19 +212,21 @@ def test_speed_stops_before_the_wall_ahead(distance: float) -> None:
     assert state.speed_limit**2 / 2 < distance
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(st.lists(st.tuples(st.floats(0.8, 4), st.floats(-3, 3),
                           st.floats(0.1, 1), st.floats(0.1, 1)),
                 max_size=4),
        st.floats(-1.5, 1.5))
 def test_a_mirrored_scene_gives_the_mirrored_waypoint(
         corners: list[tuple[float, float, float, float]], y: float) -> None:
-    boxes = [box(a, a + c, b, b + d) for a, b, c, d in corners]
-    mirrored = [box(a, a + c, -b - d, -b) for a, b, c, d in corners]
-    # No ties: a target straight behind a box has two ways as good.
-    target = (5.0, y + 0.0137)
-    state = first_update(boxes, target)
-    twin = first_update(mirrored, (target[0], -target[1]))
+    ranges = scan([box(a, a + c, b, b + d) for a, b, c, d in corners],
+                  (0, 0, 0))
+    # Behind stays behind; a target straight behind a box would be a tie.
+    mirrored = np.roll(ranges[::-1], 1)
+    state, twin = (
+        update(initial_state(), (0, 0, 0), (5, side * (y + 0.0137)), seen,
+               STILL, PARAMETERS)
+        for side, seen in ((1, ranges), (-1, mirrored)))
     np.testing.assert_allclose(twin.waypoint * (1, -1), state.waypoint,
                                atol=1e-3)
     assert twin.speed_limit == pytest.approx(state.speed_limit, abs=1e-3)

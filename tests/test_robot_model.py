@@ -11,6 +11,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_mobarm.scenario import ROBOT_HEIGHTS
 from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.station import (
     ANTENNA_POSITION,
@@ -346,7 +347,24 @@ def test_stowed_arm_stays_within_the_bases_disc(robot):
     assert names == {"base", *(child for _, child, *_ in CHAIN.values())}
 
 
-def test_outstretched_arm_does_not(robot):
+def test_stowed_robot_ends_below_what_is_looked_at_for_it(robot):
+    tops = []
+    for _, shape, X_BG in collision_shapes(robot, STOWED):
+        x, y, z = X_BG.rotation().matrix()[2]
+        if isinstance(shape, Box):
+            half = 0.5 * np.abs([x, y, z]) @ shape.size()
+        elif isinstance(shape, Sphere):
+            half = shape.radius()
+        elif isinstance(shape, Capsule):
+            half = abs(z) * shape.length() / 2 + shape.radius()
+        else:
+            half = abs(z) * shape.length() / 2
+            half += math.hypot(x, y) * shape.radius()
+        tops.append(X_BG.translation()[2] + half)
+    assert 0.5 < max(tops) < ROBOT_HEIGHTS[1]
+
+
+def test_outstretched_arm_leaves_the_bases_disc(robot):
     assert any(
         farthest_from_the_axis(shape, X_BG) > 0.27
         for _, shape, X_BG in collision_shapes(robot, [0, 1.2, -1.2, 0, 0, 0])

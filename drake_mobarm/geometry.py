@@ -13,7 +13,9 @@ def wrap_angle(angle: ArrayLike) -> Any:
 
     A scalar in gives a scalar out.
     """
-    return (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi
+    wrapped = (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi
+    # Rounding can bring the remainder up to a whole turn.
+    return np.where(wrapped < np.pi, wrapped, -np.pi)[()]
 
 
 def rotation(yaw: float) -> Array:

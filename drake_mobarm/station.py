@@ -8,6 +8,7 @@ them should do so a little later (`PROCESSING_DELAY`), when the odometry that
 it sees was taken at the same instant as the reading.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,8 @@ from pydrake.common import RandomDistribution
 from pydrake.geometry import (
     AddContactMaterial,
     Box,
+    CollisionFilterDeclaration,
+    GeometrySet,
     ProximityProperties,
     SceneGraph,
 )
@@ -27,6 +30,7 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
     PointPairContactInfo,
 )
+from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain, Multiplexer, RandomSource
 
@@ -251,8 +255,8 @@ def _add_plant(
         ),
     )
     parser = Parser(plant)
-    parser.AddModels(str(MODELS / "mobile_arm.urdf"))
-    parser.AddModels(str(world.path))
+    robots = parser.AddModels(str(MODELS / "mobile_arm.urdf"))
+    buildings = parser.AddModels(str(world.path))
     ground = ProximityProperties()
     AddContactMaterial(
         friction=CoulombFriction(1.0, 1.0),
@@ -266,6 +270,12 @@ def _add_plant(
         "ground",
         ground,
     )
+    scene_graph.collision_filter_manager().Apply(
+        CollisionFilterDeclaration().ExcludeBetween(
+            _collision_geometries(plant, robots, _ROLLING),
+            _collision_geometries(plant, buildings),
+        )
+    )
     plant.Finalize()
     x, y, yaw = start
     plant.SetDefaultFloatingBaseBodyPose(
@@ -275,6 +285,27 @@ def _add_plant(
     for name, q in zip(ARM_JOINTS, parameters.stowed, strict=True):
         plant.GetJointByName(name).set_default_positions([q])
     return plant, scene_graph
+
+
+def _collision_geometries(
+    plant: MultibodyPlant,
+    models: list[ModelInstanceIndex],
+    names: set[str] | None = None,
+) -> GeometrySet:
+    """Of the models' bodies, or of those of some names."""
+    bodies = [
+        plant.get_body(index)
+        for model in models
+        for index in plant.GetBodyIndices(model)
+    ]
+    return GeometrySet(
+        [
+            geometry
+            for body in bodies
+            if names is None or body.name() in names
+            for geometry in plant.GetCollisionGeometriesForBody(body)
+        ]
+    )
 
 
 def _select_joints(plant: MultibodyPlant, names: tuple[str, ...]) -> Array:
@@ -295,7 +326,9 @@ def _sides_at_scan_height(
     return outlines_to_segments(outlines(world.obstacles, height, height))
 
 
-def _obstacle_contact_test(plant: MultibodyPlant):  # type: ignore[no-untyped-def]
+def _obstacle_contact_test(
+    plant: MultibodyPlant,
+) -> Callable[[PointPairContactInfo], bool]:
     robot = plant.GetModelInstanceByName("mobile_arm")
     body_indices = set(plant.GetBodyIndices(robot))
     touchable = {

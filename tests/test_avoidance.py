@@ -33,8 +33,9 @@ STILL = (0.0, 0.0)
 
 
 def box(x_min: float, x_max: float, y_min: float, y_max: float) -> Array:
-    return np.array([[x_min, y_min], [x_max, y_min], [x_max, y_max],
-                     [x_min, y_max]])
+    return np.array(
+        [[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]]
+    )
 
 
 def scan(boxes: list[Array], pose: ArrayLike) -> Array:
@@ -42,11 +43,14 @@ def scan(boxes: list[Array], pose: ArrayLike) -> Array:
     return np.minimum(cast_rays(starts, ends, pose, 360), 12.0)
 
 
-def first_update(boxes: list[Array], target: tuple[float, float],
-                 pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
-                 ) -> AvoidanceState:
-    return update(initial_state(), pose, target, scan(boxes, pose), STILL,
-                  PARAMETERS)
+def first_update(
+    boxes: list[Array],
+    target: tuple[float, float],
+    pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> AvoidanceState:
+    return update(
+        initial_state(), pose, target, scan(boxes, pose), STILL, PARAMETERS
+    )
 
 
 def least_clearance(boxes: list[Array], start: Array, end: Array) -> float:
@@ -54,9 +58,13 @@ def least_clearance(boxes: list[Array], start: Array, end: Array) -> float:
     return float(clearance(boxes, way).min())
 
 
-def drive(seen: list[Array], target: tuple[float, float],
-          unseen: list[Array] | None = None, seconds: float = 60.0,
-          seed: int = 0) -> tuple[Array, list[AvoidanceState]]:
+def drive(
+    seen: list[Array],
+    target: tuple[float, float],
+    unseen: list[Array] | None = None,
+    seconds: float = 60.0,
+    seed: int = 0,
+) -> tuple[Array, list[AvoidanceState]]:
     """A disc of 0.27 m that stands still where it would touch something."""
     rng = np.random.default_rng(seed)
     bodies = seen + (unseen or [])
@@ -64,16 +72,21 @@ def drive(seen: list[Array], target: tuple[float, float],
     state, measured = initial_state(), np.zeros(2)
     path, states = [pose.copy()], []
     for _ in range(int(10 * seconds)):
-        ranges = np.clip(scan(seen, pose) + rng.normal(0, 0.01, 360),
-                         0, 12)
+        ranges = np.clip(scan(seen, pose) + rng.normal(0, 0.01, 360), 0, 12)
         state = update(state, pose, target, ranges, measured, PARAMETERS)
         states.append(state)
         for _ in range(5):
-            wanted = ((state.speed_limit, 0.0) if state.speed_limit < 0 else
-                      drive_to(pose, state.waypoint, ControllerParameters(),
-                               state.speed_limit))
-            velocity += np.clip(wanted - velocity, (-0.02, -0.06),
-                                (0.02, 0.06))
+            wanted = (
+                (state.speed_limit, 0.0)
+                if state.speed_limit < 0
+                else drive_to(
+                    pose,
+                    state.waypoint,
+                    ControllerParameters(),
+                    state.speed_limit,
+                )
+            )
+            velocity += np.clip(wanted - velocity, (-0.02, -0.06), (0.02, 0.06))
             pose[2] += 0.02 * velocity[1]
             moved = pose[:2] + 0.02 * velocity[0] * unit(pose[2])
             now, then = clearance(bodies, np.array([pose[:2], moved]))
@@ -88,8 +101,9 @@ def drive(seen: list[Array], target: tuple[float, float],
 
 
 def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
-    state = update(initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL,
-                   PARAMETERS)
+    state = update(
+        initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL, PARAMETERS
+    )
     np.testing.assert_allclose(state.waypoint, (4, 3))
     assert state.speed_limit == PARAMETERS.max_speed
     assert state.rule == "target"
@@ -114,7 +128,8 @@ def test_waypoint_leads_through_the_opening_of_a_wall() -> None:
 
 @pytest.mark.parametrize(("width", "passes"), [(0.5, False), (0.8, True)])
 def test_only_a_doorway_wider_than_the_robot_is_passed(
-        width: float, passes: bool) -> None:
+    width: float, passes: bool
+) -> None:
     # The other way round, past the wall's end, is much longer.
     wall = [box(2, 2.1, -8, -width / 2), box(2, 2.1, width / 2, 3)]
     path, _ = drive(wall, (4, 0))
@@ -124,8 +139,11 @@ def test_only_a_doorway_wider_than_the_robot_is_passed(
 
 
 def test_a_u_shaped_trap_is_left_without_touching() -> None:
-    trap = [box(2, 2.2, -1.5, 1.5), box(-0.5, 2, 1.3, 1.5),
-            box(-0.5, 2, -1.5, -1.3)]
+    trap = [
+        box(2, 2.2, -1.5, 1.5),
+        box(-0.5, 2, 1.3, 1.5),
+        box(-0.5, 2, -1.5, -1.3),
+    ]
     path, _ = drive(trap, (4, 0.3))
     assert np.hypot(*(path[-1, :2] - (4, 0.3))) < 0.3
     assert len(path) < 300
@@ -158,9 +176,11 @@ def test_a_stall_backs_off_and_closes_that_direction() -> None:
     assert rules[:5] == ["target"] * 5
     assert set(rules[5:]) == {"back"}
     state = update(state, (-0.2, 0, 0), (4, 0), FREE, (0.1, 0), PARAMETERS)
-    free = free_length(float(np.arctan2(state.waypoint[1],
-                                        state.waypoint[0] + 0.2)),
-                       state.phantoms + np.array([0.2, 0]), PARAMETERS.radius)
+    free = free_length(
+        float(np.arctan2(state.waypoint[1], state.waypoint[0] + 0.2)),
+        state.phantoms + np.array([0.2, 0]),
+        PARAMETERS.radius,
+    )
     assert free == np.inf
     assert state.speed_limit > 0
 
@@ -169,17 +189,28 @@ def test_backing_off_stops_before_what_is_seen_behind() -> None:
     wall = box(-0.5, -0.33, -1, 1)
     state = initial_state()
     for _ in range(10):
-        state = update(state, (0, 0, 0), (4, 0), scan([wall], (0, 0, 0)),
-                       STILL, PARAMETERS)
+        state = update(
+            state, (0, 0, 0), (4, 0), scan([wall], (0, 0, 0)), STILL, PARAMETERS
+        )
         assert state.speed_limit >= 0
 
 
 def test_standing_and_turning_in_place_is_no_stall() -> None:
     state = initial_state()
     for _ in range(50):
-        state = update(state, (0, 0, np.pi / 2), (4, 0), FREE, STILL,
-                       PARAMETERS)
+        state = update(
+            state, (0, 0, np.pi / 2), (4, 0), FREE, (0, -1), PARAMETERS
+        )
         assert state.rule == "target"
+
+
+def test_turning_in_place_that_does_not_turn_is_a_stall() -> None:
+    state = initial_state()
+    for _ in range(PARAMETERS.stall_updates + 2):
+        state = update(
+            state, (0, 0, np.pi / 2), (4, 0), FREE, STILL, PARAMETERS
+        )
+    assert state.rule == "back"
 
 
 def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
@@ -187,19 +218,16 @@ def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
     ranges = scan(wall, (0, 0, 0))
     whole = first_update(wall, (4, 0))
     ranges[::3] = np.nan
-    some = update(initial_state(), (0, 0, 0), (4, 0), ranges, STILL,
-                  PARAMETERS)
+    some = update(initial_state(), (0, 0, 0), (4, 0), ranges, STILL, PARAMETERS)
     np.testing.assert_allclose(some.waypoint, whole.waypoint, atol=0.15)
-    ranges[: 181] = np.nan
+    ranges[:181] = np.nan
     most = update(whole, (0, 0, 0), (4, 0), ranges, STILL, PARAMETERS)
     assert most.speed_limit == 0.0
 
 
 @pytest.mark.parametrize("target", [(np.nan, 0.0), (np.inf, 0.0)])
-def test_a_target_that_is_not_finite_stops(
-        target: tuple[float, float]) -> None:
-    state = update(initial_state(), (0, 0, 0), target, FREE, STILL,
-                   PARAMETERS)
+def test_a_target_that_is_not_finite_stops(target: tuple[float, float]) -> None:
+    state = update(initial_state(), (0, 0, 0), target, FREE, STILL, PARAMETERS)
     assert state.speed_limit == 0.0
     assert np.isfinite(state.waypoint).all()
 
@@ -213,22 +241,40 @@ def test_speed_stops_before_the_wall_ahead(distance: float) -> None:
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.lists(st.tuples(st.floats(0.8, 4), st.floats(-3, 3),
-                          st.floats(0.1, 1), st.floats(0.1, 1)),
-                max_size=4),
-       st.floats(-1.5, 1.5))
+@given(
+    st.lists(
+        st.tuples(
+            st.floats(0.8, 4),
+            st.floats(-3, 3),
+            st.floats(0.1, 1),
+            st.floats(0.1, 1),
+        ),
+        max_size=4,
+    ),
+    st.floats(-1.5, 1.5),
+)
 def test_a_mirrored_scene_gives_the_mirrored_waypoint(
-        corners: list[tuple[float, float, float, float]], y: float) -> None:
-    ranges = scan([box(a, a + c, b, b + d) for a, b, c, d in corners],
-                  (0, 0, 0))
+    corners: list[tuple[float, float, float, float]], y: float
+) -> None:
+    ranges = scan(
+        [box(a, a + c, b, b + d) for a, b, c, d in corners], (0, 0, 0)
+    )
     # Behind stays behind; a target straight behind a box would be a tie.
     mirrored = np.roll(ranges[::-1], 1)
     state, twin = (
-        update(initial_state(), (0, 0, 0), (5, side * (y + 0.0137)), seen,
-               STILL, PARAMETERS)
-        for side, seen in ((1, ranges), (-1, mirrored)))
-    np.testing.assert_allclose(twin.waypoint * (1, -1), state.waypoint,
-                               atol=1e-3)
+        update(
+            initial_state(),
+            (0, 0, 0),
+            (5, side * (y + 0.0137)),
+            seen,
+            STILL,
+            PARAMETERS,
+        )
+        for side, seen in ((1, ranges), (-1, mirrored))
+    )
+    np.testing.assert_allclose(
+        twin.waypoint * (1, -1), state.waypoint, atol=1e-3
+    )
     assert twin.speed_limit == pytest.approx(state.speed_limit, abs=1e-3)
 
 
@@ -238,8 +284,14 @@ def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
     state, sides = initial_state(), set()
     for _ in range(100):
         target = rng.normal((6, 0), 0.5)
-        state = update(state, (0, 0, 0), target, scan([pillar], (0, 0, 0)),
-                       (0.2, 0), AvoidanceParameters(patience=1000))
+        state = update(
+            state,
+            (0, 0, 0),
+            target,
+            scan([pillar], (0, 0, 0)),
+            (0.2, 0),
+            AvoidanceParameters(patience=1000),
+        )
         sides.add(np.sign(state.waypoint[1]))
     assert len(sides) == 1
 
@@ -274,8 +326,9 @@ def test_free_along_finds_what_blocks_a_leg() -> None:
     met = free_along(starts, np.array([4.0, 0.0]), points, 0.3)
     assert met[0] == pytest.approx(2.0, abs=0.01)
     assert 2.0 < met[1] < 3.0
-    assert np.isinf(free_along(starts, np.array([4.0, 0.0]), points[:1] + 9,
-                               0.3)).all()
+    assert np.isinf(
+        free_along(starts, np.array([4.0, 0.0]), points[:1] + 9, 0.3)
+    ).all()
 
 
 def test_missing_ranges_are_interpolated_around_the_turn() -> None:
@@ -283,9 +336,16 @@ def test_missing_ranges_are_interpolated_around_the_turn() -> None:
     np.testing.assert_allclose(fill_missing(ranges), [3.0, 2.0, 3.0, 4.0])
 
 
-@pytest.mark.parametrize(("name", "value"), [
-    ("radius", 0.0), ("margin", np.nan), ("smoothing", 1.5),
-    ("patience", 0), ("tight_margin", 0.5)])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("radius", 0.0),
+        ("margin", np.nan),
+        ("smoothing", 1.5),
+        ("patience", 0),
+        ("tight_margin", 0.5),
+    ],
+)
 def test_a_parameter_out_of_range_is_named(name: str, value: float) -> None:
     with pytest.raises(ParameterError, match=name):
         replace(PARAMETERS, **{name: value})  # type: ignore[arg-type]

@@ -51,7 +51,6 @@ def test_half_a_turn_belongs_to_the_negative_side(angle, expected):
     assert wrap_angle(angle) == pytest.approx(expected, abs=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="rounding: it comes out as +pi")
 def test_half_a_turn_is_left_out_next_to_it_too():
     assert wrap_angle(np.nextafter(-math.pi, -4.0)) < math.pi
 

@@ -206,7 +206,6 @@ def test_rays_along_a_wall_do_not_meet_its_face():
     assert not np.isnan(scan).any()
 
 
-@pytest.mark.xfail(strict=True, reason="rounding at the corner drops the ray")
 def test_no_ray_slips_through_a_corner_that_points_at_the_sensor():
     slipped = 0
     for k in range(360):

@@ -230,7 +230,6 @@ def test_what_drake_cannot_parse_is_refused_in_one_line(write, text, word):
     assert "\n" not in message
 
 
-@pytest.mark.xfail(strict=True, reason="sdformat puts its default size there")
 @pytest.mark.parametrize(
     "geometry",
     [
@@ -247,7 +246,6 @@ def test_extent_that_is_missing_or_not_positive_is_refused(write, geometry):
         load_world(write(sdf(geometry)))
 
 
-@pytest.mark.xfail(strict=True, raises=LookupError, reason="not caught")
 def test_unknown_encoding_is_refused(write):
     text = sdf().replace("?>", ' encoding="klingon"?>')
     with pytest.raises(WorldError):

@@ -36,9 +36,7 @@ class ArmDriveParameters:
     )
 
     def __post_init__(self) -> None:
-        require(
-            20 <= self.rate <= 100, "rate", self.rate, "20 to 100 Hz"
-        )
+        require(20 <= self.rate <= 100, "rate", self.rate, "20 to 100 Hz")
         for name in ("k_p", "k_d"):
             value = getattr(self, name)
             require(0 < value < np.inf, name, value, "above 0")
@@ -57,7 +55,7 @@ def desired_acceleration(
     limit: Array,
     parameters: ArmDriveParameters,
 ) -> Array:
-    """u = k_p e + k_d e' [rad/s^2], (6,), within the joints' limit; (7.12)."""
+    """The control input u = k_p e + k_d e' [rad/s^2], (6,), within the joints' limit; (7.12)."""
     u = parameters.k_p * error + parameters.k_d * error_rate
     return clip_magnitude(u, limit)
 
@@ -71,8 +69,9 @@ def limit_reference(
 ) -> Array:
     """A joint reference one step nearer to the desired state.
 
-    A desired motion within the limits is followed exactly; a jump becomes a
-    motion that speeds up, cruises and brakes within them.
+    A desired motion within the limits is followed to half a step's
+    acceleration; a jump becomes a motion that speeds up, cruises and brakes
+    within them.
 
     Args:
         reference: joint positions and velocities [rad, rad/s], (2, n).

@@ -29,9 +29,7 @@ class BaseDriveParameters:
     base: DifferentialDrive = field(default_factory=DifferentialDrive)
 
     def __post_init__(self) -> None:
-        require(
-            10 <= self.rate <= 100, "rate", self.rate, "10 to 100 Hz"
-        )
+        require(10 <= self.rate <= 100, "rate", self.rate, "10 to 100 Hz")
         for name in ("gain", "speed_limit", "acceleration_limit"):
             value = getattr(self, name)
             require(
@@ -48,8 +46,8 @@ def limit_velocity(
     """The nearest velocity (v, w), (2,), that the wheels can turn.
 
     First v and w are limited each; then, where a wheel would be too fast,
-    both are scaled alike, which keeps the curvature of the path. A command
-    that is not finite becomes a halt.
+    both are scaled alike, which keeps the curvature of what is left. A
+    command that is not finite becomes a halt.
     """
     velocity = np.asarray(command, dtype=float)
     if not np.isfinite(velocity).all():
@@ -111,4 +109,23 @@ def drive_torques(
     error = reference - np.asarray(measured)
     acceleration = feedforward + np.asarray(parameters.gain) * error
     torques = parameters.base.wheel_torques(measured, acceleration)
-    return clip_magnitude(torques, parameters.base.wheel_torque_limit)
+    return limit_wheel_torques(torques, measured, parameters.base)
+
+
+def limit_wheel_torques(
+    torques: Array, measured: ArrayLike, base: DifferentialDrive
+) -> Array:
+    """What the wheels' motors give [N m], (2,), of the torques asked for.
+
+    Turning goes first: a robot that leans on something can still turn away
+    from it. A wheel at its speed limit gets no torque that would spin it up.
+    """
+    limit = base.wheel_torque_limit
+    left, right = torques
+    turn = min(max((right - left) / 2, -limit), limit)
+    room = limit - abs(turn)
+    drive = min(max((right + left) / 2, -room), room)
+    given = np.array([drive - turn, drive + turn])
+    speeds = base.wheel_speeds(measured)
+    too_fast = np.abs(speeds) >= base.wheel_speed_limit
+    return np.where(too_fast & (given * speeds > 0), 0.0, given)

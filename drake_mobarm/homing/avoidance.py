@@ -105,18 +105,23 @@ def update(
     estimate = np.asarray(p_WT, dtype=float)
     scan = np.asarray(ranges, dtype=float)
     if not np.isfinite(estimate).all() or np.isnan(scan).mean() > 0.5:
-        return replace(state, waypoint=position, speed_limit=0.0, rule="wait",
-                       stalled=0)
+        return replace(
+            state, waypoint=position, speed_limit=0.0, rule="wait", stalled=0
+        )
     state = _remember(state, position, estimate, parameters)
     view = _look(state, position, yaw, scan, parameters)
-    speed = float(np.asarray(velocity, dtype=float)[0])
-    state = _count_stall(state, view, speed, parameters)
-    return (_back_off(state, view, parameters)
-            or _choose_way(state, view, parameters))
+    state = _count_stall(state, view, velocity, parameters)
+    return _back_off(state, view, parameters) or _choose_way(
+        state, view, parameters
+    )
 
 
-def _remember(state: AvoidanceState, position: Array, estimate: Array,
-              parameters: AvoidanceParameters) -> AvoidanceState:
+def _remember(
+    state: AvoidanceState,
+    position: Array,
+    estimate: Array,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
     target, followed = estimate, state.followed
     if state.target is not None:
         step = estimate - state.target
@@ -129,12 +134,25 @@ def _remember(state: AvoidanceState, position: Array, estimate: Array,
     ground, idle = state.ground, state.idle + 1
     if np.all(_norms(ground - position) > 0.5):
         ground, idle = np.vstack([ground, position])[-200:], 0
-    return replace(state, target=target, previous=position, ground=ground,
-                   followed=followed, idle=idle, anchor=anchor, stay=stay)
+    return replace(
+        state,
+        target=target,
+        previous=position,
+        ground=ground,
+        followed=followed,
+        idle=idle,
+        anchor=anchor,
+        stay=stay,
+    )
 
 
-def _look(state: AvoidanceState, position: Array, yaw: float, scan: Array,
-          parameters: AvoidanceParameters) -> _View:
+def _look(
+    state: AvoidanceState,
+    position: Array,
+    yaw: float,
+    scan: Array,
+    parameters: AvoidanceParameters,
+) -> _View:
     distances = fill_missing(scan)
     returned = distances < parameters.range_max - 0.05
     angles = yaw + ray_angles(scan.size)[returned]
@@ -157,36 +175,53 @@ def _look(state: AvoidanceState, position: Array, yaw: float, scan: Array,
     )
 
 
-def _count_stall(state: AvoidanceState, view: _View, speed: float,
-                 parameters: AvoidanceParameters) -> AvoidanceState:
+def _count_stall(
+    state: AvoidanceState,
+    view: _View,
+    velocity: ArrayLike,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
+    speed, turn_rate = np.abs(np.asarray(velocity, dtype=float))
     way = state.waypoint - view.position
     turn = wrap_angle(np.arctan2(way[1], way[0]) - view.yaw)
-    asked = state.speed_limit > 0.1 and abs(turn) < 0.4 and _norm(way) > 0.2
-    standing = asked and abs(speed) < parameters.stall_speed
+    asked = state.speed_limit > 0.1 and _norm(way) > 0.2
+    turning = abs(turn) >= 0.4 and turn_rate > parameters.stall_turn_rate
+    standing = asked and speed < parameters.stall_speed and not turning
     # Counts down slowly: a grazing robot also turns now and then.
     stalled = state.stalled + 1 if standing else max(state.stalled - 1, 0)
     return replace(state, stalled=stalled)
 
 
-def _back_off(state: AvoidanceState, view: _View,
-              parameters: AvoidanceParameters) -> AvoidanceState | None:
+def _back_off(
+    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+) -> AvoidanceState | None:
     """Rule "back": after a stall, and until far enough from it."""
     if state.backing == 0 and state.stalled >= parameters.stall_updates:
         touched = _touched(state, view, parameters)
-        state = replace(state, stalled=0, backing=parameters.back_updates,
-                        phantoms=np.vstack([state.phantoms, touched])[-90:],
-                        gap=None, exit=None)
+        state = replace(
+            state,
+            stalled=0,
+            backing=parameters.back_updates,
+            phantoms=np.vstack([state.phantoms, touched])[-90:],
+            gap=None,
+            exit=None,
+        )
     if state.backing == 0:
         return None
     room = _free(view, view.yaw + np.pi, view.tight_radius)
     if room < 0.05:
         return replace(state, backing=0, speed_limit=0.0, rule="wait")
-    return replace(state, backing=state.backing - 1, rule="back",
-                   speed_limit=-parameters.back_speed)
+    return replace(
+        state,
+        backing=state.backing - 1,
+        rule="back",
+        speed_limit=-parameters.back_speed,
+    )
 
 
-def _touched(state: AvoidanceState, view: _View,
-             parameters: AvoidanceParameters) -> Array:
+def _touched(
+    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+) -> Array:
     """Where in front something unseen was touched, in W [m], (3, 2)."""
     # Most likely a part of what is being passed: a seat, a table's board.
     side = state.gap_side if state.rule == "gap" else state.side
@@ -201,32 +236,47 @@ def _touched(state: AvoidanceState, view: _View,
     return touched
 
 
-def _choose_way(state: AvoidanceState, view: _View,
-                parameters: AvoidanceParameters) -> AvoidanceState:
+def _choose_way(
+    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+) -> AvoidanceState:
     if state.stay > parameters.boxed_updates:
-        state = replace(state, stay=0, side=0, gap=None, exit=None, idle=0,
-                        tight=not state.tight, promise=np.inf,
-                        phantoms=no_points())
+        state = replace(
+            state,
+            stay=0,
+            side=0,
+            gap=None,
+            exit=None,
+            idle=0,
+            tight=not state.tight,
+            promise=np.inf,
+            phantoms=no_points(),
+        )
     if state.side == 0 and _target_is_free(view):
         return _head_for_target(state, view, parameters)
     if state.exit is not None:
         way = state.exit - view.position
         free_way = _free(view, float(np.arctan2(way[1], way[0])), view.radius)
         if 0.3 < _norm(way) < free_way + 0.3:
-            return _drive(replace(state, rule="leave", idle=0), view, way,
-                          parameters)
+            return _drive(
+                replace(state, rule="leave", idle=0), view, way, parameters
+            )
         # Counts as visited even where it ends early: no exit is used twice.
-        state = replace(state, exit=None,
-                        ground=np.vstack([state.ground, state.exit]))
+        state = replace(
+            state, exit=None, ground=np.vstack([state.ground, state.exit])
+        )
     angles = view.yaw + ray_angles(_DIRECTIONS)
-    free = free_around(view.yaw - np.pi, _DIRECTIONS, view.points,
-                       view.radius, parameters.range_max)
+    free = free_around(
+        view.yaw - np.pi,
+        _DIRECTIONS,
+        view.points,
+        view.radius,
+        parameters.range_max,
+    )
     if state.side != 0:
         state = _leave_boundary(state, view, angles, free, parameters)
     if state.side == 0:
         if state.exit is not None:
-            return _drive(state, view, state.exit - view.position,
-                          parameters)
+            return _drive(state, view, state.exit - view.position, parameters)
         gaps = find_gaps(angles, free, parameters.jump, past=0.3)
         chosen = _choose_gap(state, view, gaps, parameters)
         if isinstance(chosen, AvoidanceState):
@@ -244,16 +294,20 @@ def _target_is_free(view: _View) -> bool:
     return near and _free(view, view.bearing, view.tight_radius) >= needed
 
 
-def _head_for_target(state: AvoidanceState, view: _View,
-                     parameters: AvoidanceParameters) -> AvoidanceState:
+def _head_for_target(
+    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+) -> AvoidanceState:
     """Rule "target"."""
-    state = replace(state, rule="target", gap=None, exit=None,
-                    promise=np.inf)
+    state = replace(state, rule="target", gap=None, exit=None, promise=np.inf)
     return _drive(state, view, view.target, parameters)
 
 
-def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
-                parameters: AvoidanceParameters) -> AvoidanceState | int:
+def _choose_gap(
+    state: AvoidanceState,
+    view: _View,
+    gaps: Gaps,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState | int:
     """Rule "gap", or the side to leave the obstacle on if there is no gain."""
     if gaps.angles.size == 0:
         return 1
@@ -261,9 +315,11 @@ def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
     rest = _norms(view.target - places)
     way = gaps.lengths + rest
     bend = gaps.sides * wrap_angle(view.bearing - gaps.angles)
-    cost = (way
-            + parameters.turn_cost * np.abs(wrap_angle(gaps.angles - view.yaw))
-            + parameters.slack_cost * (bend > 0.1))
+    cost = (
+        way
+        + parameters.turn_cost * np.abs(wrap_angle(gaps.angles - view.yaw))
+        + parameters.slack_cost * (bend > 0.1)
+    )
     met = free_along(places, view.target, view.points, parameters.radius)
     cost += parameters.blocked_cost * (met < rest - view.tolerance)
     if state.gap is not None:
@@ -282,24 +338,46 @@ def _choose_gap(state: AvoidanceState, view: _View, gaps: Gaps,
         return 1 if wrap_angle(gaps.angles[best] - view.bearing) > 0 else -1
     angle = float(gaps.angles[best])
     ahead = min(_free(view, angle, view.radius), _AHEAD)
-    state = replace(state, rule="gap", gap=view.position + places[best],
-                    gap_side=int(gaps.sides[best]), promise=promise, idle=idle)
-    return _drive(state, view, max(gaps.lengths[best], ahead) * unit(angle),
-                  parameters)
+    state = replace(
+        state,
+        rule="gap",
+        gap=view.position + places[best],
+        gap_side=int(gaps.sides[best]),
+        promise=promise,
+        idle=idle,
+    )
+    return _drive(
+        state, view, max(gaps.lengths[best], ahead) * unit(angle), parameters
+    )
 
 
-def _meet_boundary(state: AvoidanceState, view: _View, side: int,
-                   parameters: AvoidanceParameters) -> AvoidanceState:
+def _meet_boundary(
+    state: AvoidanceState,
+    view: _View,
+    side: int,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
     if state.hit is not None and _norm(state.hit - view.position) < 1.0:
         side = -state.hit_side  # That side did not help.
-    return replace(state, side=side, hit=view.position, hit_side=side,
-                   boundary=None, gap=None, followed=0.0,
-                   leg=parameters.first_leg)
+    return replace(
+        state,
+        side=side,
+        hit=view.position,
+        hit_side=side,
+        boundary=None,
+        gap=None,
+        followed=0.0,
+        leg=parameters.first_leg,
+    )
 
 
-def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
-                    free: Array,
-                    parameters: AvoidanceParameters) -> AvoidanceState:
+def _leave_boundary(
+    state: AvoidanceState,
+    view: _View,
+    angles: Array,
+    free: Array,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
     towards = unit(angles)
     along = np.clip(towards @ view.target, 0.0, free)
     ends = along[:, None] * towards
@@ -309,8 +387,7 @@ def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
     gain = min(parameters.gain, 0.5 * nearest)
     left = replace(state, side=0, gap=None, promise=np.inf, idle=0)
     if distances[best] < nearest - gain:
-        return replace(left, rule="leave",
-                       exit=view.position + ends[best])
+        return replace(left, rule="leave", exit=view.position + ends[best])
     assert state.hit is not None
     # After turning back it meets that place on the way, too.
     least = 3.0 + (parameters.first_leg if np.isinf(state.leg) else 0.0)
@@ -320,9 +397,13 @@ def _leave_boundary(state: AvoidanceState, view: _View, angles: Array,
     return state
 
 
-def _follow_boundary(state: AvoidanceState, view: _View, angles: Array,
-                     free: Array,
-                     parameters: AvoidanceParameters) -> AvoidanceState:
+def _follow_boundary(
+    state: AvoidanceState,
+    view: _View,
+    angles: Array,
+    free: Array,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
     """Rule "follow": sweeps from the boundary to the first open direction."""
     if state.followed > state.leg:
         state = replace(state, side=-state.side, followed=0.0, leg=np.inf)
@@ -335,25 +416,36 @@ def _follow_boundary(state: AvoidanceState, view: _View, angles: Array,
     opened = int(np.argmax(free[order] >= enough))
     boundary = state.boundary
     if opened or boundary is None:
-        edge_or_none = blocking_point(float(angles[order[opened - 1]]),
-                                      view.points, view.radius)
+        edge_or_none = blocking_point(
+            float(angles[order[opened - 1]]), view.points, view.radius
+        )
         if edge_or_none is not None:
             boundary = view.position + edge_or_none
     way = order[opened]
     state = replace(state, rule="follow", boundary=boundary)
-    return _drive(state, view, min(free[way], _AHEAD) * unit(angles[way]),
-                  parameters)
+    return _drive(
+        state, view, min(free[way], _AHEAD) * unit(angles[way]), parameters
+    )
 
 
-def _drive(state: AvoidanceState, view: _View, way: Array,
-           parameters: AvoidanceParameters) -> AvoidanceState:
+def _drive(
+    state: AvoidanceState,
+    view: _View,
+    way: Array,
+    parameters: AvoidanceParameters,
+) -> AvoidanceState:
     """Sets the waypoint, and a speed to stop from before what is seen."""
     bearing = float(np.arctan2(way[1], way[0]))
-    room = min(_free(view, bearing, view.tight_radius),
-               _free(view, view.yaw, view.tight_radius) - 0.03)
+    room = min(
+        _free(view, bearing, view.tight_radius),
+        _free(view, view.yaw, view.tight_radius) - 0.03,
+    )
     stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
-    return replace(state, waypoint=view.position + way,
-                   speed_limit=min(parameters.max_speed, float(stopping)))
+    return replace(
+        state,
+        waypoint=view.position + way,
+        speed_limit=min(parameters.max_speed, float(stopping)),
+    )
 
 
 def _free(view: _View, angle: float, radius: float) -> float:

@@ -32,6 +32,7 @@ class AvoidanceParameters:
         lookahead: free length that counts as open along a boundary [m].
         first_leg: way along a boundary until turning back [m].
         stall_speed: a measured speed that counts as standing [m/s].
+        stall_turn_rate: a measured turn rate that counts as standing [rad/s].
         stall_updates: updates of standing that make a stall.
         back_speed: of backing off [m/s].
         back_updates: updates of backing off.
@@ -56,18 +57,31 @@ class AvoidanceParameters:
     lookahead: float = 0.4
     first_leg: float = 10.0
     stall_speed: float = 0.03
+    stall_turn_rate: float = 0.1
     stall_updates: int = 5
     back_speed: float = 0.2
     back_updates: int = 12
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            require(0 < value < np.inf, f"avoidance.{name}", value,
-                    "finite and positive")
-        require(self.smoothing <= 1, "avoidance.smoothing", self.smoothing,
-                "in (0, 1]")
-        require(self.tight_margin <= self.margin, "avoidance.tight_margin",
-                self.tight_margin, "up to `margin`")
+            require(
+                0 < value < np.inf,
+                name,
+                value,
+                "finite and positive",
+            )
+        require(
+            self.smoothing <= 1,
+            "smoothing",
+            self.smoothing,
+            "in (0, 1]",
+        )
+        require(
+            self.tight_margin <= self.margin,
+            "tight_margin",
+            self.tight_margin,
+            "up to `margin`",
+        )
 
 
 def no_points() -> Array:

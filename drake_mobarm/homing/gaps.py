@@ -62,9 +62,7 @@ def free_length(angle: float, points: Array, radius: float) -> float:
     return float(_lengths(angle, points, radius)[0].min(initial=np.inf))
 
 
-def blocking_point(
-    angle: float, points: Array, radius: float
-) -> Array | None:
+def blocking_point(angle: float, points: Array, radius: float) -> Array | None:
     """The point [m], (2,), that a disc going along `angle` meets first."""
     lengths, met = _lengths(angle, points, radius)
     if not lengths.size:
@@ -99,7 +97,8 @@ def free_around(
     blocked = np.floor((bearing + half) / step).astype(int) - first + 1
     point = np.repeat(np.arange(len(points)), blocked)
     offset = np.arange(len(point)) - np.repeat(
-        np.cumsum(blocked) - blocked, blocked)
+        np.cumsum(blocked) - blocked, blocked
+    )
     direction = first[point] + offset
     # In single precision, far below the noise: several times faster.
     angle = (direction * step - bearing[point]).astype(np.float32)
@@ -155,7 +154,7 @@ def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
     near = np.concatenate([free[left], after[right]])
     far = np.concatenate([after[left], free[right]])
     sides = np.ones(near.size)
-    sides[np.count_nonzero(left):] = -1.0
+    sides[np.count_nonzero(left) :] = -1.0
     directions = np.concatenate([following[left], angles[right]])
     return Gaps(directions, np.minimum(near + past, far), sides)
 
@@ -165,9 +164,7 @@ def _reach(distance: Array, radius: float) -> Array:
     return reach
 
 
-def _lengths(
-    angle: float, points: Array, radius: float
-) -> tuple[Array, Array]:
+def _lengths(angle: float, points: Array, radius: float) -> tuple[Array, Array]:
     """Free lengths (k,) up to the points (k, 2) in the disc's way."""
     cos, sin = math.cos(angle), math.sin(angle)
     along = points @ np.array([cos, sin])

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from drake_mobarm.geometry import Array
 
 SUCCESS_DISTANCE = 1.0
-"""A run that ends by itself no farther from the target succeeded [m]."""
+"""A run that ends by itself nearer than this to the target succeeded [m]."""
 
 
 def homing_metrics(
@@ -53,6 +53,6 @@ def judge(
     error = metrics["final_position_error_m"]
     if not arrived:
         return False, f"time limit of {time_limit:g} s reached"
-    if error >= SUCCESS_DISTANCE:
+    if not error < SUCCESS_DISTANCE:
         return False, f"stopped {error:.2f} m from the beacon"
     return True, "arrived at the beacon"

@@ -39,9 +39,7 @@ class LidarParameters:
             self.range_max,
             "above 0 m",
         )
-        require(
-            0 <= self.noise < np.inf, "noise", self.noise, "0 m or more"
-        )
+        require(0 <= self.noise < np.inf, "noise", self.noise, "0 m or more")
 
 
 def ray_angles(rays: int) -> Array:
@@ -76,11 +74,12 @@ def cast_rays(starts: Array, ends: Array, pose: ArrayLike, rays: int) -> Array:
     seen = cross < 0
     a, b, cross = a[seen], b[seen], cross[seen]
     step = 2 * np.pi / rays
-    last = np.arctan2(a[:, 1], a[:, 0]) - yaw + np.pi
     # Seen from outside, a side runs clockwise: b is its first ray.
-    span = np.arctan2(-cross, np.sum(a * b, axis=1))
-    first = np.ceil((last - span) / step).astype(int)
-    count = np.floor(last / step).astype(int) - first + 1
+    last = (np.arctan2(a[:, 1], a[:, 0]) - yaw + np.pi) / step
+    span = np.arctan2(-cross, np.sum(a * b, axis=1)) / step
+    # A hair wider: no ray slips between two sides at their corner.
+    first = np.ceil(last - span - 1e-9).astype(int)
+    count = np.floor(last + 1e-9).astype(int) - first + 1
     side = np.repeat(np.arange(len(a)), count)
     offset = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
     ray = first[side] + offset

@@ -4,6 +4,7 @@ A sensor samples at its own rate and holds what it read. It draws no random
 numbers: its noise comes in through a port.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -243,7 +244,8 @@ class BaseTruth(LeafSystem):
     def _read_pose(self, context: Context) -> tuple[Array, Array]:
         state = self._state.Eval(context)
         w, x, y, z = state[:4]
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        # Drake lets the quaternion's length wander: no formula for unit ones.
+        yaw = math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
         return np.array([state[4], state[5], yaw]), state
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:

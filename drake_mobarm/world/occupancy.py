@@ -71,11 +71,9 @@ class OccupancyGrid:
         """
         free = self.clearance() > radius
         free[[0, -1], :] = free[:, [0, -1]] = True
-        labels, _ = ndimage.label(free)
-        outside = labels[0, 0]
-        swap = np.arange(labels.max() + 1)
-        swap[[1, outside]] = swap[[outside, 1]]
-        numbered: NDArray[np.int_] = swap[labels]
+        # The first cell, which is free, is where label begins to number.
+        numbered: NDArray[np.int_]
+        numbered, _ = ndimage.label(free)
         return numbered
 
     def index(self, points: ArrayLike) -> tuple[NDArray[np.int_], ...]:

@@ -1,5 +1,6 @@
 """Worlds read from SDF by Drake's own parser: one truth for every reader."""
 
+import math
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
 from functools import lru_cache
@@ -23,7 +24,8 @@ from drake_mobarm.world.obstacles import (
 )
 
 MODELS = Path(__file__).resolve().parent.parent / "models"
-_SHAPES = {"box", "cylinder"}
+_EXTENTS = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}}
+"""What SDF calls the extents of the valid shapes, and how many numbers."""
 
 
 @dataclass(frozen=True)
@@ -86,19 +88,34 @@ def _check_shapes(path: Path) -> None:
     """Names a wrong shape before Drake tries to load what it refers to."""
     try:
         root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, UnicodeDecodeError) as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
         raise WorldError(f"world {path}: not valid XML: {error}") from error
     if root.tag != "sdf":
         raise WorldError(f"world {path}: the root is <{root.tag}>, not <sdf>")
     for owner in root.iter():
         if owner.tag not in ("collision", "visual"):
             continue
-        for shape in owner.findall("geometry/*"):
-            if shape.tag not in _SHAPES:
+        name = f"world {path}: {owner.tag} {owner.get('name')!r}"
+        shapes = owner.findall("geometry/*")
+        if len(shapes) != 1 or shapes[0].tag not in _EXTENTS:
+            found = ", ".join(shape.tag for shape in shapes) or "nothing"
+            raise WorldError(
+                f"{name} is a {found}; a world is made of box and cylinder"
+            )
+        # sdformat would put its own sizes in the place of such.
+        for tag, count in _EXTENTS[shapes[0].tag].items():
+            if not _is_positive(shapes[0].findtext(tag, ""), count):
                 raise WorldError(
-                    f"world {path}: {owner.tag} {owner.get('name')!r} is a "
-                    f"{shape.tag}; a world is made of box and cylinder"
+                    f"{name} needs a {tag} of {count} finite number(s) above 0"
                 )
+
+
+def _is_positive(text: str, count: int) -> bool:
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        return False
+    return len(numbers) == count and all(0 < x < math.inf for x in numbers)
 
 
 def _read_obstacles(

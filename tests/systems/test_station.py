@@ -5,6 +5,7 @@ from pydrake.systems.analysis import Simulator
 
 from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.rssi import BEACONS
+from drake_mobarm.sensors.systems import BaseTruth
 from drake_mobarm.signals import ARM_JOINTS, GroundTruth
 from drake_mobarm.station import (
     ANTENNA_POSITION,
@@ -262,3 +263,15 @@ def test_the_arm_ports_elements_are_named_by_its_joints():
     assert len(ARM_JOINTS) == 6
     assert ARM_JOINTS[0] == "waist"
     assert ARM_JOINTS[-1] == "wrist_rotate"
+
+
+def test_the_true_pose_does_not_depend_on_the_quaternions_length():
+    system = BaseTruth(15, 29)
+    context = system.CreateDefaultContext()
+    turn = np.array([np.cos(0.6), 0.0, 0.0, np.sin(0.6)])
+    for length in (0.9, 1.0, 1.1):
+        state = np.zeros(29)
+        state[:7] = [*(length * turn), 1.0, 2.0, 0.0]
+        system.get_input_port().FixValue(context, state)
+        pose = system.GetOutputPort("base_pose").Eval(context)
+        np.testing.assert_allclose(pose, [1.0, 2.0, 1.2], atol=1e-12)

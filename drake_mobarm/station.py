@@ -30,7 +30,6 @@ from pydrake.multibody.plant import (
     MultibodyPlantConfig,
     PointPairContactInfo,
 )
-from pydrake.multibody.tree import ModelInstanceIndex
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain, Multiplexer, RandomSource
 
@@ -50,7 +49,7 @@ from drake_mobarm.sensors.systems import (
 )
 from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.obstacles import outlines, outlines_to_segments
-from drake_mobarm.world.sdf import MODELS, World
+from drake_mobarm.world.sdf import MODELS, World, add_world
 
 PROCESSING_DELAY = 0.01
 """How long after a sample a system should work on it [s]."""
@@ -252,11 +251,11 @@ def _add_plant(
             time_step=parameters.time_step,
             contact_model="point",
             discrete_contact_approximation="lagged",
+            use_sampled_output_ports=False,
         ),
     )
-    parser = Parser(plant)
-    robots = parser.AddModels(str(MODELS / "mobile_arm.urdf"))
-    buildings = parser.AddModels(str(world.path))
+    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    obstacles = add_world(plant, world)
     ground = ProximityProperties()
     AddContactMaterial(
         friction=CoulombFriction(1.0, 1.0),
@@ -272,8 +271,8 @@ def _add_plant(
     )
     scene_graph.collision_filter_manager().Apply(
         CollisionFilterDeclaration().ExcludeBetween(
-            _collision_geometries(plant, robots, _ROLLING),
-            _collision_geometries(plant, buildings),
+            _rolling_geometries(plant),
+            GeometrySet(obstacles),
         )
     )
     plant.Finalize()
@@ -287,23 +286,14 @@ def _add_plant(
     return plant, scene_graph
 
 
-def _collision_geometries(
-    plant: MultibodyPlant,
-    models: list[ModelInstanceIndex],
-    names: set[str] | None = None,
-) -> GeometrySet:
-    """Of the models' bodies, or of those of some names."""
-    bodies = [
-        plant.get_body(index)
-        for model in models
-        for index in plant.GetBodyIndices(model)
-    ]
+def _rolling_geometries(plant: MultibodyPlant) -> GeometrySet:
     return GeometrySet(
         [
             geometry
-            for body in bodies
-            if names is None or body.name() in names
-            for geometry in plant.GetCollisionGeometriesForBody(body)
+            for name in sorted(_ROLLING)
+            for geometry in plant.GetCollisionGeometriesForBody(
+                plant.GetBodyByName(name)
+            )
         ]
     )
 
@@ -330,15 +320,14 @@ def _obstacle_contact_test(
     plant: MultibodyPlant,
 ) -> Callable[[PointPairContactInfo], bool]:
     robot = plant.GetModelInstanceByName("mobile_arm")
-    body_indices = set(plant.GetBodyIndices(robot))
-    touchable = {
-        index
-        for index in body_indices
-        if plant.get_body(index).name() not in _ROLLING
-    }
+    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(robot)]
+    rolling = {int(b.index()) for b in bodies if b.name() in _ROLLING}
+    touchable = {int(b.index()) for b in bodies} - rolling
 
     def is_obstacle_contact(contact: PointPairContactInfo) -> bool:
-        pair = {contact.bodyA_index(), contact.bodyB_index()}
-        return bool(pair & touchable) and not pair <= body_indices
+        a, b = int(contact.bodyA_index()), int(contact.bodyB_index())
+        if a in rolling or b in rolling:
+            return False  # They meet nothing but the ground.
+        return (a in touchable) != (b in touchable)
 
     return is_obstacle_contact

@@ -55,7 +55,7 @@ def desired_acceleration(
     limit: Array,
     parameters: ArmDriveParameters,
 ) -> Array:
-    """The control input u = k_p e + k_d e' [rad/s^2], (6,), within the joints' limit; (7.12)."""
+    """Control input u = k_p e + k_d e' [rad/s^2], (6,), limited; (7.12)."""
     u = parameters.k_p * error + parameters.k_d * error_rate
     return clip_magnitude(u, limit)
 
@@ -107,4 +107,5 @@ def limit_torque(
     share = speed / np.asarray(no_load_speed)
     high = stall * np.minimum(np.maximum(1 - share, 0), 1)
     low = -stall * np.minimum(np.maximum(1 + share, 0), 1)
-    return np.minimum(np.maximum(torque, low), high)
+    limited: Array = np.minimum(np.maximum(torque, low), high)
+    return limited

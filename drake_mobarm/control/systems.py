@@ -134,7 +134,7 @@ class ArmDriver(LeafSystem):
             self._model.acceleration_limit,
             self._parameters,
         )
-        torque = self._model.inverse_dynamics(*measured, u)
+        torque = self._model.inverse_dynamics(measured, u)
         state.set_value(
             self._torque,
             limit_torque(
@@ -144,14 +144,13 @@ class ArmDriver(LeafSystem):
                 self._parameters.no_load_speed,
             ),
         )
-        if np.all(np.isfinite(desired)):
+        # Most of the time the arm is where it should be: nothing to do then.
+        if (desired != reference).any() and np.isfinite(desired).all():
             state.set_value(
                 self._reference,
                 limit_reference(
                     reference,
-                    np.array(
-                        [self._model.within_limits(desired[0]), desired[1]]
-                    ),
+                    self._model.within_limits(desired),
                     self._step,
                     self._model.speed_limit,
                     REFERENCE_SHARE * self._model.acceleration_limit,
@@ -171,7 +170,8 @@ class _ArmModel:
         self._plant.Finalize()
         self._context = self._plant.CreateDefaultContext()
         joints = [self._plant.GetJointByName(name) for name in ARM_JOINTS]
-        self._index = np.array([joint.velocity_start() for joint in joints])
+        first = joints[0].velocity_start()
+        self._arm = slice(first, first + len(joints))
         # Wheels stand still; base and wheels have as many speeds as angles.
         self._state = np.zeros((2, self._plant.num_velocities()))
         self._u = np.zeros(self._plant.num_velocities())
@@ -195,18 +195,21 @@ class _ArmModel:
             [joint.position_upper_limits()[0] for joint in joints]
         )
 
-    def within_limits(self, q: Any) -> Any:
-        return np.clip(q, self._lower, self._upper)
+    def within_limits(self, desired: Any) -> Any:
+        """A desired state (2, 6) with its positions in the joints' limits."""
+        return np.array(
+            [np.clip(desired[0], self._lower, self._upper), desired[1]]
+        )
 
-    def inverse_dynamics(self, q: Any, v: Any, u: Any) -> Any:
+    def inverse_dynamics(self, state: Any, u: Any) -> Any:
         """Tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
         # All of the scratch context that matters is written before use.
-        self._state[:, self._index] = q, v
-        self._u[self._index] = u
+        self._state[:, self._arm] = state
+        self._u[self._arm] = u
         self._plant.SetPositionsAndVelocities(
             self._context, self._state.ravel()
         )
         self._plant.CalcForceElementsContribution(self._context, self._forces)
         return self._plant.CalcInverseDynamics(
             self._context, self._u, self._forces
-        )[self._index]
+        )[self._arm]

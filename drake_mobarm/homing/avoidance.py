@@ -23,10 +23,11 @@ turning, and for other gaps than the last one (hysteresis).
 
 A gain is new ground, or a shorter way than any since the last boundary. The
 boundary is kept on one side, until a free corridor leads nearer to the target
-than the robot has ever been by `gain`: each departure gains, so there are only
-finitely many. After `first_leg` it turns back once; it takes the other side
-when it starts where it started last; and once round without a departure, or
-boxed in, it tries narrower gaps and forgets the unseen things.
+than the robot has ever been by `gain`, which doubles where it comes back to
+the same boundary: each departure gains, so there are only finitely many.
+After `first_leg` it turns back once; it takes the other side when it starts
+where it started last; and once round without a departure, or boxed in, it
+tries narrower gaps and forgets the unseen things.
 """
 
 from dataclasses import dataclass, replace
@@ -70,6 +71,7 @@ class _View:
 
     position: Array
     yaw: float
+    seen: Array
     points: Array
     target: Array
     distance: float
@@ -164,6 +166,7 @@ def _look(
     return _View(
         position=position,
         yaw=yaw,
+        seen=seen,
         points=np.vstack([seen, state.phantoms - position]),
         target=target,
         distance=distance,
@@ -357,13 +360,17 @@ def _meet_boundary(
     side: int,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
+    repeats = 0
     if state.hit is not None and _norm(state.hit - view.position) < 1.0:
         side = -state.hit_side  # That side did not help.
+    if state.hit is not None and _norm(state.hit - view.position) < 2.0:
+        repeats = state.repeats + 1
     return replace(
         state,
         side=side,
         hit=view.position,
         hit_side=side,
+        repeats=repeats,
         boundary=None,
         gap=None,
         followed=0.0,
@@ -384,7 +391,8 @@ def _leave_boundary(
     distances = _norms(view.target - ends)
     best = int(np.argmin(distances))
     nearest = _norms(state.ground - view.position - view.target).min()
-    gain = min(parameters.gain, 0.5 * nearest)
+    # A pocket that it came back to is not worth a small gain once more.
+    gain = min(parameters.gain * 2**state.repeats, 0.5 * nearest)
     left = replace(state, side=0, gap=None, promise=np.inf, idle=0)
     if distances[best] < nearest - gain:
         return replace(left, rule="leave", exit=view.position + ends[best])
@@ -444,7 +452,17 @@ def _drive(
     return replace(
         state,
         waypoint=view.position + way,
-        speed_limit=min(parameters.max_speed, float(stopping)),
+        speed_limit=min(float(stopping), _careful_speed(view, parameters)),
+    )
+
+
+def _careful_speed(view: _View, parameters: AvoidanceParameters) -> float:
+    """Slower beside things: they may reach farther out than is seen."""
+    ahead = view.seen[view.seen @ unit(view.yaw) > -0.1]
+    gap = float(_norms(ahead).min(initial=np.inf)) - view.tight_radius
+    share = min(max(gap / parameters.care_distance, 0.0), 1.0)
+    return parameters.care_speed + share * (
+        parameters.max_speed - parameters.care_speed
     )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array
+from drake_mobarm.immutable import Immutable
 
 
 @dataclass(kw_only=True)
@@ -19,6 +20,8 @@ class AvoidanceParameters:
         range_max: the lidar's; a range as long means "no return" [m].
         max_speed: [m/s].
         deceleration: to stop before a seen thing [m/s^2].
+        care_speed: right beside seen things [m/s].
+        care_distance: gap to them from which there is no need [m].
         jump: of the free length that makes a gap [m].
         hysteresis: by how much a new gap's way must be shorter [m].
         blocked_cost: of a way that seen things block [m].
@@ -44,6 +47,8 @@ class AvoidanceParameters:
     range_max: float = 12.0
     max_speed: float = 1.0
     deceleration: float = 0.8
+    care_speed: float = 0.4
+    care_distance: float = 0.4
     jump: float = 0.4
     hysteresis: float = 0.6
     blocked_cost: float = 3.0
@@ -52,7 +57,7 @@ class AvoidanceParameters:
     turn_cost: float = 0.4
     smoothing: float = 0.1
     patience: int = 50
-    boxed_updates: int = 100
+    boxed_updates: int = 150
     gain: float = 0.3
     lookahead: float = 0.4
     first_leg: float = 10.0
@@ -90,7 +95,7 @@ def no_points() -> Array:
 
 
 @dataclass(frozen=True)
-class AvoidanceState:
+class AvoidanceState(Immutable):
     """What the rules decided, and the little that they remember.
 
     Attributes:
@@ -109,6 +114,7 @@ class AvoidanceState:
         exit: the place where a boundary is left for, in W [m], (2,).
         hit: where the last boundary was met, in W [m], (2,).
         hit_side: the side chosen there.
+        repeats: how often it came back to that place.
         followed: way along the boundary [m].
         leg: way along it until turning back [m].
         tight: whether narrower gaps are tried.
@@ -134,6 +140,7 @@ class AvoidanceState:
     exit: Array | None = None
     hit: Array | None = None
     hit_side: int = 0
+    repeats: int = 0
     followed: float = 0.0
     leg: float = np.inf
     tight: bool = False

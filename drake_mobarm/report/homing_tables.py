@@ -1,6 +1,6 @@
 """Figures of the homing tables, after Figures 2.2, 2.6, 2.7 and A.1 to A.3."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -45,7 +45,7 @@ def draw_figures(
         folder: where to write.
     """
     arrays = [np.array(path, dtype=float) for path in paths]
-    figures = {
+    figures: dict[str, Callable[[], Figure]] = {
         "2.3": {
             "calibration.png": lambda: draw_calibration(),
             "trajectories.png": lambda: draw_open_trajectories(rows, arrays),

@@ -45,7 +45,8 @@ def draw_trajectory(result: Result) -> Figure:
         estimates = estimates[estimates[:, 2] > 0.5, :2]
         draw_floor_plan(axes, load_world(scenario.world))
         shades = axes.scatter(
-            *estimates.T,
+            estimates[:, 0],
+            estimates[:, 1],
             c=np.linspace(0, 1, len(estimates)),
             s=7,
             cmap="YlOrBr",
@@ -69,7 +70,7 @@ def draw_trajectory(result: Result) -> Figure:
         )
         axes.add_patch(
             Circle(
-                tuple(scenario.beacon),
+                (scenario.beacon[0], scenario.beacon[1]),
                 0.3,
                 fill=False,
                 color=GREEN,

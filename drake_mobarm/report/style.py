@@ -1,7 +1,9 @@
 """How all pictures look."""
 
+from typing import Any
+
 BLUE, ORANGE, GREEN, GREY = "#1f5fbf", "#e8710a", "#188038", "#80868b"
-STYLE = {
+STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,

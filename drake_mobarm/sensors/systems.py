@@ -21,7 +21,6 @@ from pydrake.systems.framework import (
 from drake_mobarm.geometry import Array, transform_points
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 from drake_mobarm.sensors.beacon import (
-    BEACONS,
     NOISE_CONFIGURATIONS,
     BeaconParameters,
     in_field_of_view,
@@ -29,6 +28,7 @@ from drake_mobarm.sensors.beacon import (
 )
 from drake_mobarm.sensors.lidar import LidarParameters, cast_rays, read_lidar
 from drake_mobarm.sensors.odometry import integrate_wheels
+from drake_mobarm.sensors.rssi import BEACONS
 from drake_mobarm.signals import (
     BaseVelocity,
     BeaconReading,

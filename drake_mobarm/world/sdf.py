@@ -7,7 +7,13 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from pydrake.geometry import Box, Cylinder, SceneGraph
+from pydrake.geometry import (
+    Box,
+    Cylinder,
+    GeometryId,
+    GeometryInstance,
+    SceneGraph,
+)
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
     AddMultibodyPlantSceneGraph,
@@ -17,6 +23,7 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobarm.exceptions import WorldError
+from drake_mobarm.geometry import Array
 from drake_mobarm.world.obstacles import (
     Obstacle,
     box_corners,
@@ -30,11 +37,20 @@ _EXTENTS = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}}
 
 @dataclass(frozen=True)
 class World:
-    """A building: its name, its SDF file, and what stands in it."""
+    """A building: its name, its SDF file, and what stands in it.
+
+    Attributes:
+        name: of the file.
+        path: of the file.
+        obstacles: what can be touched, for lidar and maps.
+        geometries: everything, in W, with its properties, for contact and
+            drawing.
+    """
 
     name: str
     path: Path
     obstacles: tuple[Obstacle, ...]
+    geometries: tuple[GeometryInstance, ...]
 
 
 def world_names() -> list[str]:
@@ -81,7 +97,8 @@ def _load(path: Path, _modified: int) -> World:
     except RuntimeError as error:
         line = " ".join(str(error).split())
         raise WorldError(f"world {path}: {line}") from error
-    return World(path.stem, path, _read_obstacles(plant, scene_graph, path))
+    obstacles, geometries = _read_geometries(plant, scene_graph, path)
+    return World(path.stem, path, obstacles, geometries)
 
 
 def _check_shapes(path: Path) -> None:
@@ -118,12 +135,12 @@ def _is_positive(text: str, count: int) -> bool:
     return len(numbers) == count and all(0 < x < math.inf for x in numbers)
 
 
-def _read_obstacles(
+def _read_geometries(
     plant: MultibodyPlant, scene_graph: SceneGraph, path: Path
-) -> tuple[Obstacle, ...]:
+) -> tuple[tuple[Obstacle, ...], tuple[GeometryInstance, ...]]:
     inspector = scene_graph.model_inspector()
     context = plant.CreateDefaultContext()
-    obstacles = []
+    obstacles, geometries = [], []
     for number in range(plant.num_bodies()):
         body = plant.get_body(BodyIndex(number))
         if not plant.IsAnchored(body):
@@ -132,22 +149,49 @@ def _read_obstacles(
                 "<static>true</static> in its model"
             )
         X_WB = body.EvalPoseInWorld(context)
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            name = inspector.GetName(geometry).split("::")[-1]
-            shape = inspector.GetShape(geometry)
-            if isinstance(shape, Box):
-                corners = box_corners(np.asarray(shape.size()))
-            elif isinstance(shape, Cylinder):
-                corners = cylinder_corners(shape.radius(), shape.length())
-            else:
-                raise WorldError(
-                    f"world {path}: collision {name!r} is a "
-                    f"{type(shape).__name__}; a world is made of box and "
-                    "cylinder"
-                )
-            X_WG = X_WB @ inspector.GetPoseInFrame(geometry)
-            corners_W = X_WG.multiply(corners.T).T
-            if not np.all(np.isfinite(corners_W)):
+        frame = plant.GetBodyFrameIdOrThrow(body.index())
+        for geometry in inspector.GetGeometries(frame):
+            instance = inspector.CloneGeometryInstance(geometry)
+            X_WG = X_WB @ instance.pose()
+            name = instance.name().split("::")[-1]
+            if not np.isfinite(X_WG.GetAsMatrix4()).all():
                 raise WorldError(f"world {path}: {name!r} is not finite")
-            obstacles.append(Obstacle(name, corners_W))
-    return tuple(obstacles)
+            instance.set_pose(X_WG)
+            instance.set_name(name)
+            geometries.append(instance)
+            if instance.proximity_properties() is not None:
+                corners = X_WG.multiply(_corners(instance.shape()).T).T
+                obstacles.append(Obstacle(name, corners))
+    return tuple(obstacles), tuple(geometries)
+
+
+def _corners(shape: Box | Cylinder) -> Array:
+    if isinstance(shape, Box):
+        return box_corners(np.asarray(shape.size()))
+    return cylinder_corners(shape.radius(), shape.length())
+
+
+def add_world(plant: MultibodyPlant, world: World) -> list[GeometryId]:
+    """Puts a world's geometries on the plant's world body.
+
+    There they are anchored; on links of their own, even on welded ones, Drake
+    would place each of them anew at every step.
+
+    Returns:
+        What can be touched.
+    """
+    touchable = []
+    body = plant.world_body()
+    for instance in world.geometries:
+        place = (instance.pose(), instance.shape(), instance.name())
+        proximity = instance.proximity_properties()
+        if proximity is not None:
+            touchable.append(
+                plant.RegisterCollisionGeometry(body, *place, proximity)
+            )
+        illustration = instance.illustration_properties()
+        if illustration is not None:
+            visual = GeometryInstance(*place)
+            visual.set_illustration_properties(illustration)
+            plant.RegisterVisualGeometry(body, visual)
+    return touchable

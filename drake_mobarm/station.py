@@ -125,7 +125,7 @@ def build_station(
         `ground_truth` (GroundTruth) and `query_object` for drawing.
     """
     builder = DiagramBuilder()
-    plant, scene_graph = _add_plant(builder, world, start, parameters)
+    plant, scene_graph = add_plant(builder, world, start, parameters)
     robot = plant.GetModelInstanceByName("mobile_arm")
     positions = plant.num_positions(robot)
     states = plant.num_multibody_states(robot)
@@ -239,12 +239,13 @@ def build_station(
     return station
 
 
-def _add_plant(
+def add_plant(
     builder: DiagramBuilder,
     world: World,
     start: list[float],
     parameters: StationParameters,
 ) -> tuple[MultibodyPlant, SceneGraph]:
+    """The robot in the world, standing at `start`, its arm stowed."""
     plant, scene_graph = AddMultibodyPlant(
         builder=builder,
         config=MultibodyPlantConfig(

@@ -19,6 +19,8 @@ class BaseDriveParameters:
         gain: of the velocity feedback (v, w) [1/s].
         speed_limit: largest abs(v), abs(w) [m/s, rad/s].
         acceleration_limit: of v and w [m/s^2, rad/s^2].
+        yield_error: difference of measured and reference (v, w) at which
+            the reference is given up [m/s, rad/s].
         base: the base's figures.
     """
 
@@ -26,11 +28,17 @@ class BaseDriveParameters:
     gain: list[float] = field(default_factory=lambda: [10.0, 10.0])
     speed_limit: list[float] = field(default_factory=lambda: [1.0, 2.0])
     acceleration_limit: list[float] = field(default_factory=lambda: [1.0, 3.0])
+    yield_error: list[float] = field(default_factory=lambda: [0.25, 1.0])
     base: DifferentialDrive = field(default_factory=DifferentialDrive)
 
     def __post_init__(self) -> None:
         require(10 <= self.rate <= 100, "rate", self.rate, "10 to 100 Hz")
-        for name in ("gain", "speed_limit", "acceleration_limit"):
+        for name in (
+            "gain",
+            "speed_limit",
+            "acceleration_limit",
+            "yield_error",
+        ):
             value = getattr(self, name)
             require(
                 len(value) == 2 and all(0 < x < np.inf for x in value),
@@ -80,6 +88,19 @@ def ramp(
         1.0, base.wheel_acceleration_limit / max(fastest, 1e-12)
     )
     return ramped
+
+
+def yield_to(
+    reference: ArrayLike, measured: ArrayLike, parameters: BaseDriveParameters
+) -> Array:
+    """The reference velocity, given up where the base cannot follow it.
+
+    A base that is held by something would otherwise push with all its torque
+    while its reference runs away from it.
+    """
+    reference, measured = np.asarray(reference), np.asarray(measured)
+    held = np.abs(reference - measured) > np.asarray(parameters.yield_error)
+    return np.where(held, measured, reference)
 
 
 def drive_torques(

@@ -20,6 +20,7 @@ from drake_mobarm.control.base_drive import (
     drive_torques,
     limit_velocity,
     ramp,
+    yield_to,
 )
 from drake_mobarm.signals import (
     ARM_JOINTS,
@@ -70,7 +71,11 @@ class BaseDriver(LeafSystem):
         measured = self._parameters.base.body_velocity(
             [wheels.speed_left, wheels.speed_right]
         )
-        reference = context.get_discrete_state(self._reference).value()
+        reference = yield_to(
+            context.get_discrete_state(self._reference).value(),
+            measured,
+            self._parameters,
+        )
         target = limit_velocity(self._command.Eval(context), self._parameters)
         following = ramp(reference, target, self._step, self._parameters)
         state.set_value(

@@ -42,13 +42,13 @@ class AvoidanceParameters:
     """
 
     radius: float = 0.27
-    margin: float = 0.06
+    margin: float = 0.045
     tight_margin: float = 0.015
     range_max: float = 12.0
     max_speed: float = 1.0
     deceleration: float = 0.8
     care_speed: float = 0.4
-    care_distance: float = 0.4
+    care_distance: float = 0.8
     jump: float = 0.4
     hysteresis: float = 0.6
     blocked_cost: float = 3.0

@@ -1,0 +1,124 @@
+"""How much faster than real time the shipped homing scenario runs.
+
+    python benchmarks/homing_speed.py [--seconds 20] [--out FILE]
+
+Small house, contact on, no recording, one core. The breakdown comes from
+running more and more of the same diagram: the plant alone, the station
+(sensors and drivers at rest), the whole. Times are milliseconds of wall clock
+a simulated second, in chunks of half a second; the best chunk tells what the
+code costs, the median what a shared machine makes of it.
+"""
+
+import argparse
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core.
+
+import json
+import platform
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+from pydrake.common import RandomGenerator
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+from drake_mobarm import load_scenario
+from drake_mobarm.scenario import HomingScenario
+from drake_mobarm.simulation import build_diagram
+from drake_mobarm.station import STOWED, add_plant, build_station
+from drake_mobarm.world.sdf import load_world
+
+CHUNK = 0.5
+
+
+def plant_alone(scenario: HomingScenario) -> Diagram:
+    """The contact plant, no torque on any joint: wheels and arm are free."""
+    builder = DiagramBuilder()
+    plant, _ = add_plant(
+        builder, load_world(scenario.world), scenario.start, scenario.station
+    )
+    torque = builder.AddSystem(
+        ConstantVectorSource(np.zeros(plant.num_actuators()))
+    )
+    builder.Connect(torque.get_output_port(), plant.get_actuation_input_port())
+    return builder.Build()
+
+
+def station_at_rest(scenario: HomingScenario) -> Diagram:
+    """Plant, sensors and drivers, told to stand still."""
+    builder = DiagramBuilder()
+    station = builder.AddSystem(
+        build_station(
+            load_world(scenario.world),
+            scenario.start,
+            scenario.beacon,
+            scenario.noise,
+            scenario.station,
+        )
+    )
+    for port, value in (
+        ("commanded_base_velocity", [0.0, 0.0]),
+        ("desired_arm_state", [*STOWED, *np.zeros(6)]),
+    ):
+        source = builder.AddSystem(ConstantVectorSource(value))
+        builder.Connect(source.get_output_port(), station.GetInputPort(port))
+    return builder.Build()
+
+
+def measure(diagram: Diagram, seconds: float) -> dict[str, float]:
+    """Best and median [ms] a simulated second."""
+    simulator = Simulator(diagram)
+    context = simulator.get_mutable_context()
+    diagram.SetRandomContext(context, RandomGenerator(0))
+    simulator.AdvanceTo(CHUNK)
+    chunks = []
+    for number in range(1, int(seconds / CHUNK)):
+        started = time.perf_counter()
+        simulator.AdvanceTo((number + 1) * CHUNK)
+        chunks.append((time.perf_counter() - started) / CHUNK * 1e3)
+    return {"best": min(chunks), "median": float(np.median(chunks))}
+
+
+def main() -> None:
+    """Measures, prints and, if asked, writes the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=20.0)
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args()
+    scenario = load_scenario("homing")
+    measured = {
+        name: measure(build(scenario), options.seconds)
+        for name, build in (
+            ("plant alone", plant_alone),
+            ("station at rest", station_at_rest),
+            ("homing, whole", build_diagram),
+        )
+    }
+    lines = [
+        f"`homing`, {scenario.world}, {options.seconds:g} s, "
+        f"Python {platform.python_version()}, Drake {version('drake')}, "
+        f"numpy {np.__version__}",
+        "",
+        "| what runs | best [ms/s] | median [ms/s] | times real time, best |"
+        " times real time, median |",
+        "| --- | ---: | ---: | ---: | ---: |",
+    ]
+    lines += [
+        f"| {name} | {m['best']:.1f} | {m['median']:.1f} | "
+        f"{1e3 / m['best']:.1f} | {1e3 / m['median']:.1f} |"
+        for name, m in measured.items()
+    ]
+    print("\n".join(lines))
+    if options.out is not None:
+        options.out.write_text("\n".join(lines) + "\n")
+        options.out.with_suffix(".json").write_text(
+            json.dumps(measured, indent=2) + "\n"
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,6 +1,8 @@
 """The command line: mobarm run | reproduce | list | draw."""
 
 import argparse
+import logging
+import os
 import shutil
 import subprocess
 import sys
@@ -29,12 +31,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted.
     """
     options = _make_parser().parse_args(arguments)
+    # Drake tells on which port Meshcat listens at every recording.
+    logging.getLogger("drake").setLevel(logging.WARNING)
     try:
         code: int = options.command(options)
         return code
     except MobarmError as error:
         print(f"mobarm: {error}", file=sys.stderr)
         return BAD_INPUT
+    except BrokenPipeError:
+        # The reader of the output has gone: nothing more to say, not even
+        # when Python flushes it on leaving.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return INTERRUPTED
     except KeyboardInterrupt:
         print("mobarm: interrupted", file=sys.stderr)
         return INTERRUPTED

@@ -146,7 +146,9 @@ def load_scenario(
         raise ScenarioError(
             f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
         )
-    scenario: HomingScenario = _make(SCENARIO_TYPES[kind], values, path, "")
+    scenario: HomingScenario = _make(
+        SCENARIO_TYPES[kind], values, name_or_path, ""
+    )
     check_places(scenario, load_world(scenario.world))
     return scenario
 
@@ -231,43 +233,43 @@ def _override(values: dict[str, Any], override: str) -> None:
     values[last] = value
 
 
-def _make(kind: type[Any], values: Any, path: Path, prefix: str) -> Any:
+def _make(kind: type[Any], values: Any, where: str, prefix: str) -> Any:
     """A dataclass from a dict, which is checked all the way down.
 
     pydrake's yaml_load_typed sets values past the dataclasses' own checks,
     and does not say what the valid keys are.
     """
     if not isinstance(values, dict):
-        raise ScenarioError(f"{path}: {prefix[:-1]} needs keys and values")
+        raise ScenarioError(f"{where}: {prefix[:-1]} needs keys and values")
     kinds = typing.get_type_hints(kind)
     names = [f.name for f in dataclasses.fields(kind)]
     for key in values:
         if key not in names:
             raise ScenarioError(
-                f"{path}: unknown key {prefix}{key}: valid are "
+                f"{where}: unknown key {prefix}{key}: valid are "
                 f"{', '.join(prefix + name for name in names)}"
             )
     checked = {
-        key: _check_value(kinds[key], value, path, f"{prefix}{key}")
+        key: _check_value(kinds[key], value, where, f"{prefix}{key}")
         for key, value in values.items()
     }
     try:
         return kind(**checked)
     except ParameterError as error:
-        raise ParameterError(f"{path}: {prefix}{error}") from error
+        raise ParameterError(f"{where}: {prefix}{error}") from error
 
 
-def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
+def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
     """The value as `kind`; whole numbers are made float where wanted."""
     if dataclasses.is_dataclass(kind):
         assert isinstance(kind, type)
-        return _make(kind, value, path, f"{name}.")
+        return _make(kind, value, where, f"{name}.")
     if typing.get_origin(kind) is list:
         if not isinstance(value, list):
-            raise ScenarioError(f"{path}: {name} is {value!r}, not a list")
+            raise ScenarioError(f"{where}: {name} is {value!r}, not a list")
         (item,) = typing.get_args(kind)
         return [
-            _check_value(item, x, path, f"{name}[{i}]")
+            _check_value(item, x, where, f"{name}[{i}]")
             for i, x in enumerate(value)
         ]
     if kind is float:
@@ -279,10 +281,11 @@ def _check_value(kind: Any, value: Any, path: Path, name: str) -> Any:
             value = float(value)
         if isinstance(value, float) and not math.isfinite(value):
             raise ScenarioError(
-                f"{path}: {name} is {value}: it has to be finite"
+                f"{where}: {name} is {value}: it has to be finite"
             )
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise ScenarioError(
-            f"{path}: {name} is {value!r}: it has to be of type {kind.__name__}"
+            f"{where}: {name} is {value!r}: it has to be of type "
+            f"{kind.__name__}"
         )
     return value

@@ -9,7 +9,9 @@ from drake_mobarm.control.base_drive import (
     BaseDriveParameters,
     drive_torques,
     limit_velocity,
+    limit_wheel_torques,
     ramp,
+    yield_to,
 )
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.robot.differential_drive import DifferentialDrive
@@ -279,3 +281,29 @@ def test_base_that_was_pushed_returns_to_its_reference():
 def test_parameters_out_of_range_are_refused_by_name(name, value):
     with pytest.raises(ParameterError, match=rf"\b{name} is"):
         BaseDriveParameters(**{name: value})
+
+
+def test_turning_goes_before_driving_where_torque_is_short():
+    base = DifferentialDrive()
+    # 10 N m of drive each and 4 N m of turn: 6 is all that a wheel has.
+    given = limit_wheel_torques(np.array([6.0, 14.0]), [0.0, 0.0], base)
+    np.testing.assert_allclose(given, [-2.0, 6.0])
+    given = limit_wheel_torques(np.array([-30.0, 30.0]), [0.0, 0.0], base)
+    np.testing.assert_allclose(given, [-6.0, 6.0])
+    given = limit_wheel_torques(np.array([1.0, -2.0]), [0.0, 0.0], base)
+    np.testing.assert_allclose(given, [1.0, -2.0])
+
+
+def test_a_wheel_at_its_speed_limit_is_only_braked():
+    base = DifferentialDrive()
+    fast = [1.01, 0.0]  # Both wheels beyond 10.15 rad/s.
+    given = limit_wheel_torques(np.array([2.0, -3.0]), fast, base)
+    np.testing.assert_allclose(given, [0.0, -3.0])
+
+
+def test_the_reference_yields_only_where_the_base_is_held():
+    parameters = BaseDriveParameters()
+    held = yield_to([1.0, 0.5], [0.2, 0.4], parameters)
+    np.testing.assert_allclose(held, [0.2, 0.5])
+    followed = yield_to([1.0, 0.5], [0.9, 0.4], parameters)
+    np.testing.assert_allclose(followed, [1.0, 0.5])

@@ -3,8 +3,10 @@
 import csv
 import io
 import json
+import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -143,6 +145,7 @@ def reproduce(
         rows = [outcome["row"] for outcome in outcomes]
         content = {
             **identity,
+            "versions": _versions(),
             "rows": [
                 {**summary, "dissertation": table.dissertation(summary["case"])}
                 for summary in summarise(rows)
@@ -155,6 +158,13 @@ def reproduce(
 
         draw_figures(name, rows, [o["path"] for o in outcomes], stage)
     return content
+
+
+def _versions() -> dict[str, str]:
+    packages = ("drake_mobarm", "drake", "numpy", "scipy")
+    return {"python": platform.python_version()} | {
+        package: version(package) for package in packages
+    }
 
 
 def summarise(rows: Sequence[Row]) -> list[Row]:
@@ -214,6 +224,8 @@ def to_markdown(title: str, content: Mapping[str, Any]) -> str:
         f"    mobarm reproduce {content['table']} --trials "
         f"{content['trials']} --seed {content['seed']}",
         "",
+        ", ".join(f"{k} {v}" for k, v in content["versions"].items()),
+        "",
         f"| {' | '.join(heads)} |",
         f"| --- |{' ---: |' * len(_COLUMNS)}",
     ]
@@ -224,5 +236,6 @@ def to_markdown(title: str, content: Mapping[str, Any]) -> str:
             digits = 0 if column in ("success_percent", "contacts") else 3
             cell = "-" if value is None else f"{value:.{digits}f}"
             cells.append(cell if theirs is None else f"{cell} ({theirs:g})")
+        cells[-1] += f" in {row['trials_with_contact']} trials"
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

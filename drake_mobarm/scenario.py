@@ -100,6 +100,12 @@ class HomingScenario:
             value = getattr(self, name)
             require(value in valid, name, value, " or ".join(valid))
         require(
+            self.rules.range_max == self.station.lidar.range_max,
+            "rules.range_max",
+            self.rules.range_max,
+            f"station.lidar.range_max, {self.station.lidar.range_max} m",
+        )
+        require(
             0 < self.time_limit <= 3600,
             "time_limit",
             self.time_limit,

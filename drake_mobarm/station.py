@@ -3,9 +3,10 @@
 Plant, sensors and two drivers. All that leaves it is what a real robot would
 tell, but for the one port `ground_truth`, which only metrics may read.
 
-Sensors sample at whole multiples of their periods from time 0. Whoever reads
-them should do so a little later (`PROCESSING_DELAY`), when the odometry that
-it sees was taken at the same instant as the reading.
+Sensors sample at whole multiples of their periods from time 0, odometry at
+every hundredth of a second. Whoever reads them should do so half a hundredth
+later (`PROCESSING_DELAY`): the odometry that it sees was then taken at the
+same instant as the reading, if that has a period of whole hundredths.
 """
 
 from collections.abc import Callable
@@ -51,7 +52,10 @@ from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.obstacles import outlines, outlines_to_segments
 from drake_mobarm.world.sdf import MODELS, World, add_world
 
-PROCESSING_DELAY = 0.01
+ODOMETRY_RATE = 100.0
+"""Samples of the wheels' encoders a second [Hz]."""
+
+PROCESSING_DELAY = 0.005
 """How long after a sample a system should work on it [s]."""
 
 STOWED = (0.0, -1.1, 1.55, 0.0, 0.5, 0.0)
@@ -141,14 +145,12 @@ def build_station(
     monitor = builder.AddNamedSystem(
         "ground_truth",
         GroundTruthMonitor(
-            _obstacle_contact_test(plant), rate=parameters.base_drive.rate
+            _obstacle_contact_test(plant), rate=1 / parameters.time_step
         ),
     )
     odometry = builder.AddNamedSystem(
         "odometry",
-        Odometry(
-            parameters.base_drive.base, start, rate=parameters.base_drive.rate
-        ),
+        Odometry(parameters.base_drive.base, start, rate=ODOMETRY_RATE),
     )
     lidar = builder.AddNamedSystem(
         "lidar", Lidar(parameters.lidar, *_sides_at_scan_height(plant, world))
@@ -173,7 +175,7 @@ def build_station(
     beacon_noise = builder.AddNamedSystem(
         "beacon_noise",
         RandomSource(
-            RandomDistribution.kUniform, 4, 1 / parameters.beacon.rate
+            RandomDistribution.kUniform, 3, 1 / parameters.beacon.rate
         ),
     )
     base_driver = builder.AddNamedSystem(

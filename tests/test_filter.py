@@ -30,8 +30,8 @@ def readings(configuration, path, seed, target=TARGET):
     bearing = np.arctan2(*(target - path).T[::-1])
     n = len(path)
     bearing = bearing + noise.angle * rng.uniform(-1, 1, n)
-    distance = d * (1 + noise.relative_distance * rng.uniform(-1, 1, n))
-    distance = distance + noise.absolute_distance * rng.uniform(-1, 1, n)
+    half = d * noise.relative_distance + noise.absolute_distance
+    distance = d + half * rng.uniform(-1, 1, n)
     return bearing, np.maximum(distance, 0.05)
 
 

@@ -108,7 +108,11 @@ def update(
     scan = np.asarray(ranges, dtype=float)
     if not np.isfinite(estimate).all() or np.isnan(scan).mean() > 0.5:
         return replace(
-            state, waypoint=position, speed_limit=0.0, rule="wait", stalled=0
+            state,
+            waypoint=position + unit(yaw),  # Straight ahead: no turning.
+            speed_limit=0.0,
+            rule="wait",
+            stalled=0,
         )
     state = _remember(state, position, estimate, parameters)
     view = _look(state, position, yaw, scan, parameters)

@@ -48,6 +48,10 @@ class BeaconNoise:
             "finite and at least 0",
         )
 
+    def distance_bound(self, distance: float) -> float:
+        """Half-width [m] of the noise on a distance [m]: both parts added."""
+        return distance * self.relative_distance + self.absolute_distance
+
 
 def _table_2_2(degrees: float, relative: float, metres: float) -> BeaconNoise:
     return BeaconNoise(
@@ -76,15 +80,15 @@ def read_beacon(
 ) -> tuple[float, float]:
     """One reading of the target's beacon by the antenna.
 
-    The distance read is `d (1 + u1 relative) + u2 absolute`, no less than
-    MIN_DISTANCE, as RSSI.
+    Angle and distance are uniform about the true ones, as Table 2.2's footnote
+    has it; the distance is no less than MIN_DISTANCE, and read as RSSI.
 
     Args:
         pose_WA: the antenna's pose [x, y, yaw] in m and rad, (3,).
         p_WT: the target's position [m], (2,).
         noise: half-widths of the noise.
-        uniform: random numbers in [0, 1), (3,): for the angle, the relative
-            and the absolute part of the distance. 0.5 means no error.
+        uniform: random numbers in [0, 1), (2,): for angle and distance. 0.5
+            means no error.
         rssi_model: the beacon's own law.
 
     Returns:
@@ -93,13 +97,11 @@ def read_beacon(
     """
     x, y, yaw = np.asarray(pose_WA, dtype=float)
     tx, ty = np.asarray(p_WT, dtype=float)
-    u_angle, u_relative, u_absolute = 2 * np.asarray(uniform, dtype=float) - 1
+    u_angle, u_distance = 2 * np.asarray(uniform, dtype=float) - 1
     bearing = math.atan2(ty - y, tx - x)
     angle = wrap_angle(bearing - yaw + u_angle * noise.angle)
-    distance = (
-        math.hypot(tx - x, ty - y) * (1 + u_relative * noise.relative_distance)
-        + u_absolute * noise.absolute_distance
-    )
+    distance = math.hypot(tx - x, ty - y)
+    distance += u_distance * noise.distance_bound(distance)
     rssi = rssi_model.rssi(max(distance, MIN_DISTANCE))
     return float(angle), float(rssi)
 
@@ -120,35 +122,19 @@ def distance_moments(
 ) -> tuple[float, float]:
     """Mean [m] and variance [m^2] of the distance read at a true one [m].
 
-    Exact for `max(d + a u1 + b u2, MIN_DISTANCE)`, u1 and u2 uniform in
-    [-1, 1): the expectation of a positive part is a difference of powers.
+    Exact for `max(d + a u, MIN_DISTANCE)`, u uniform in [-1, 1): the
+    expectation of a positive part is a difference of powers.
     """
     excess = distance - MIN_DISTANCE
-    wide, narrow = sorted(
-        (distance * noise.relative_distance, noise.absolute_distance),
-        reverse=True,
-    )
+    half = noise.distance_bound(distance)
 
     def expectation(power: int) -> float:
-        """E[max(excess + a u1 + b u2, 0) ** power]."""
-
-        def part(x: float, n: int) -> float:
-            return max(x, 0.0) ** n
-
-        if wide < 1e-9:
-            return part(excess, power)
+        """E[max(excess + a u, 0) ** power]."""
+        if half < 1e-9:
+            return float(max(excess, 0.0) ** power)
         n = power + 1
-        # A sliver of noise would be lost to rounding: leave it out.
-        if narrow < 1e-5 * wide:
-            high, low = part(excess + wide, n), part(excess - wide, n)
-            return (high - low) / (2 * wide * n)
-        n = power + 2
-        return (
-            part(excess + wide + narrow, n)
-            - part(excess + wide - narrow, n)
-            - part(excess - wide + narrow, n)
-            + part(excess - wide - narrow, n)
-        ) / (4 * wide * narrow * n * (n - 1))
+        high, low = max(excess + half, 0.0), max(excess - half, 0.0)
+        return float((high**n - low**n) / (2 * half * n))
 
     first, second = expectation(1), expectation(2)
     return MIN_DISTANCE + first, max(second - first**2, 0.0)

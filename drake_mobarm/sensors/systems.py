@@ -107,7 +107,7 @@ class BeaconSensor(LeafSystem):
         - beacon_reading
 
     - base_pose (3): PlanarPose, true.
-    - noise (4): uniform in [0, 1).
+    - noise (3): uniform in [0, 1), for angle, distance and dropout.
     - beacon_reading (3): BeaconReading, angle in the antenna's frame.
 
     No direct feedthrough.
@@ -121,7 +121,7 @@ class BeaconSensor(LeafSystem):
         self._p_BA, self._p_WT = p_BA, p_WT
         self._configuration = NOISE_CONFIGURATIONS[noise]
         self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
-        self._noise = self.DeclareVectorInputPort("noise", 4)
+        self._noise = self.DeclareVectorInputPort("noise", 3)
         state = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
         self.DeclareStateOutputPort("beacon_reading", state)
         self.DeclarePeriodicDiscreteUpdateEvent(
@@ -134,12 +134,12 @@ class BeaconSensor(LeafSystem):
         p_WA = transform_points(pose, self._p_BA)
         pose_WA = np.array([*p_WA, pose[2]])
         reading = BeaconReading(np.array([np.nan, np.nan, 0.0]))
-        if self._hears(context.get_time(), pose_WA, noise[3]):
+        if self._hears(context.get_time(), pose_WA, noise[2]):
             reading.angle, reading.rssi = read_beacon(
                 pose_WA,
                 self._p_WT,
                 self._configuration,
-                noise[:3],
+                noise[:2],
                 BEACONS[self._parameters.model],
             )
             reading.valid = 1.0

@@ -74,8 +74,8 @@ def test_ten_seconds_of_silence_do_not_stop_the_robot(estimator):
     scenario.station.beacon.outages = [[1.0, 11.0]]
     result = run(scenario, seed=2)
     assert result.success
-    assert result.metrics["time_to_target_s"] > 11.0
     silent = (result.trace["t"] > 1.2) & (result.trace["t"] < 10.9)
+    assert silent.any()
     assert (result.trace["beacon_reading"][silent, 2] == 0).all()
     held = result.trace["estimated_target"][silent]
     np.testing.assert_array_equal(held, np.tile(held[0], (len(held), 1)))

@@ -203,9 +203,10 @@ def test_the_beacon_is_read_from_the_antenna():
     assert np.abs(angle + np.pi / 2).max() < np.radians(20.5)
     assert angle.mean() == pytest.approx(-np.pi / 2, abs=0.03)
     distance = BEACONS["beacon_1"].distance(rssi)
-    assert distance.mean() == pytest.approx(3.0, abs=0.12)
-    # Uniform of +-0.6 m and of +-1 m: the variances of both add up.
-    assert distance.std() == pytest.approx(np.sqrt((0.6**2 + 1) / 3), rel=0.1)
+    assert distance.mean() == pytest.approx(3.0, abs=0.14)
+    # Uniform within +-(1 m + 20 % of 3 m).
+    assert distance.std() == pytest.approx(1.6 / np.sqrt(3), rel=0.1)
+    assert np.abs(distance - 3.0).max() < 1.65
     assert ANTENNA_POSITION == (0.2, 0.0)
 
 

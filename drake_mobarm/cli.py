@@ -181,6 +181,9 @@ def _run(options: argparse.Namespace) -> int:
                 on_live=lambda address: print(f"watch at {address}"),
             )
         save_run(result, stage)
+    if result.recording is None:
+        # One of an earlier run would not go with the new files.
+        (folder / "recording.html").unlink(missing_ok=True)
     _print_result(result, folder)
     return SUCCESS if result.success else FAILURE
 

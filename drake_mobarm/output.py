@@ -12,7 +12,7 @@ from drake_mobarm.exceptions import OutputError
 
 @contextlib.contextmanager
 def staged_folder(folder: Path) -> Iterator[Path]:
-    """A scratch folder whose files appear in `folder` all at once, or not.
+    """A scratch folder whose files move to `folder` when all are written.
 
     Opened before the work begins, so that a folder that cannot be written is
     known at once; whatever interrupts the work leaves nothing behind.

@@ -198,6 +198,7 @@ def closed_loop(command, truth, seconds, start=(0.0, 0.0)):
     target = limit_velocity(command, PARAMETERS)
     speeds = [state]
     for _ in range(round(seconds / STEP)):
+        reference = yield_to(reference, state, PARAMETERS)
         following = ramp(reference, target, STEP, PARAMETERS)
         torques = drive_torques(reference, following, state, STEP, PARAMETERS)
         reference = following

@@ -16,6 +16,7 @@ from drake_mobarm.exceptions import ParameterError, require
 from drake_mobarm.experiments import homing
 from drake_mobarm.experiments.sweep import Outcome, Trial, run_sweep
 from drake_mobarm.output import staged_folder
+from drake_mobarm.scenario import dump_scenario, load_scenario
 
 Row = dict[str, Any]
 
@@ -35,6 +36,7 @@ class Table:
 
     Attributes:
         title: what it is.
+        conditions: what the trials are, where the text leaves it open.
         trials: full number of trials a case.
         make_trials: gives every case's trials for a seed and a number.
         do_trial: runs one.
@@ -42,6 +44,7 @@ class Table:
     """
 
     title: str
+    conditions: str
     trials: int
     make_trials: Callable[[int, int], Iterator[dict[str, Any]]]
     do_trial: Callable[[Trial], Outcome]
@@ -65,9 +68,24 @@ def _table_2_4(case: str) -> dict[str, float]:
     )
 
 
+_DEFINITIONS = (
+    "A run ends at the first check (0.05 s) after the estimator says that it "
+    "has arrived; errors are against the true position of the beacon, "
+    "odometry's drift included."
+)
+_OPEN_SPACE = (
+    "The same targets for every case, at least 1 m from the start. "
+    + _DEFINITIONS
+)
+_HOUSE = (
+    "Start and target are where a disc of 0.28 m radius can stand, on the "
+    "house's connected floor, at least 1 m apart. " + _DEFINITIONS
+)
+
 TABLES: dict[str, Table] = {
     "2.3": Table(
         title="Table 2.3: homing in open space",
+        conditions=_OPEN_SPACE,
         trials=40,
         make_trials=homing.open_space_trials,
         do_trial=homing.do_trial,
@@ -75,6 +93,7 @@ TABLES: dict[str, Table] = {
     ),
     "2.4": Table(
         title="Table 2.4: homing in the small house, configuration 5",
+        conditions=_HOUSE,
         trials=80,
         make_trials=homing.house_trials,
         do_trial=homing.do_trial,
@@ -82,6 +101,7 @@ TABLES: dict[str, Table] = {
     ),
     "tau": Table(
         title="Choosing tau of (2.3), for the hybrid estimator",
+        conditions=_OPEN_SPACE,
         trials=20,
         make_trials=homing.tau_trials,
         do_trial=homing.do_trial,
@@ -133,12 +153,13 @@ def reproduce(
         for number, trial in enumerate(table.make_trials(seed, count))
     ]
     identity = {"table": name, "trials": count, "seed": seed}
+    store = folder / "finished.jsonl"
     with staged_folder(folder) as stage:
         outcomes = run_sweep(
             todo,
             table.do_trial,
-            folder / "finished.jsonl",
-            identity,
+            store,
+            {**identity, "scenario": dump_scenario(load_scenario("homing"))},
             jobs,
             dask,
         )
@@ -152,11 +173,12 @@ def reproduce(
             ],
         }
         (stage / "table.json").write_text(json.dumps(content, indent=2) + "\n")
-        (stage / "table.md").write_text(to_markdown(table.title, content))
+        (stage / "table.md").write_text(to_markdown(table, content))
         (stage / "trials.csv").write_text(to_csv(rows))
         from drake_mobarm.report.homing_tables import draw_figures
 
         draw_figures(name, rows, [o["path"] for o in outcomes], stage)
+    store.unlink()  # Done: another run is to start anew.
     return content
 
 
@@ -203,7 +225,7 @@ def to_csv(rows: Sequence[Row]) -> str:
     return text.getvalue()
 
 
-def to_markdown(title: str, content: Mapping[str, Any]) -> str:
+def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
     """The table for people: ours, the dissertation's in brackets."""
     heads = (
         "case",
@@ -216,10 +238,11 @@ def to_markdown(title: str, content: Mapping[str, Any]) -> str:
         "contacts",
     )
     lines = [
-        f"# {title}",
+        f"# {table.title}",
         "",
         f"{content['trials']} trials a case, seed {content['seed']}; means "
-        "over successful trials; the dissertation's figures in brackets.",
+        "over successful trials; the dissertation's figures in brackets. "
+        + table.conditions,
         "",
         f"    mobarm reproduce {content['table']} --trials "
         f"{content['trials']} --seed {content['seed']}",

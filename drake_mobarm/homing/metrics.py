@@ -14,7 +14,7 @@ SUCCESS_DISTANCE = 1.0
 def homing_metrics(
     trace: Mapping[str, Array], beacon: ArrayLike
 ) -> dict[str, float]:
-    """The metrics of one run.
+    """The metrics of one run, up to its end: the robot may still roll then.
 
     Args:
         trace: `t` (n,) [s], `ground_truth` (n, 7), `estimated_target` (n, 3),
@@ -54,5 +54,5 @@ def judge(
     if not arrived:
         return False, f"time limit of {time_limit:g} s reached"
     if not error < SUCCESS_DISTANCE:
-        return False, f"stopped {error:.2f} m from the beacon"
+        return False, f"ended {error:.2f} m from the beacon"
     return True, "arrived at the beacon"

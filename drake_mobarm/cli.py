@@ -4,6 +4,7 @@ import argparse
 import logging
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -31,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted.
     """
     options = _make_parser().parse_args(arguments)
+    # A kill cleans up as Ctrl-C does.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     # Drake tells on which port Meshcat listens at every recording.
     logging.getLogger("drake").setLevel(logging.WARNING)
     try:

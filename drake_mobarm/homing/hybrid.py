@@ -4,8 +4,8 @@ Where the section is silent, this file decides:
 
 - The first two readings usually come from one place, so the parallax position
   starts at the crossing of the first line of sight with the first later one
-  that is `min_move` away and `min_angle` apart. Where 20 readings do not give
-  one, it starts at the vector position. Until then that is reported.
+  that is `min_move` away and `min_angle` apart. Where a whole buffer does not
+  give one, it starts at the vector position. Until then that is reported.
 - The distances of (2.14) are the antenna's, where the readings are taken.
 - The z-test takes the newest calculated position, before averaging, against
   the mean and sample deviation of the last 20 before it. With fewer than 3 of
@@ -36,7 +36,8 @@ class HybridParameters:
         k: fraction of the way to the newest line of sight [-], in (0, 1];
             the dissertation's is 0.8.
         buffer: how many vector positions are kept [-], at least 3; 20.
-        tau: decay of their weights [readings], positive; not given.
+        tau: decay of their weights [readings], positive; not given, chosen by
+            `mobarm reproduce tau`.
         agreement: threshold of (2.14) [-], positive; 0.3.
         z_threshold: of the outlier test [-], positive; 1.645 (90 %).
         arrival_distance: robot to estimate [m], positive; 0.3.

@@ -28,13 +28,16 @@ LOG_PERIOD = 0.05
 
 
 def build(
-    scenario: HomingScenario, seed: int = 0, meshcat: Meshcat | None = None
+    scenario: HomingScenario,
+    calibration_seed: int = 0,
+    meshcat: Meshcat | None = None,
 ) -> Diagram:
     """Wires the homing diagram.
 
     Args:
         scenario: what to build.
-        seed: of the samples that the beacon's calibration is fitted from.
+        calibration_seed: of the samples that the beacon's calibration is
+            fitted from; all other noise is seeded in the context.
         meshcat: where to draw the run, if anywhere.
 
     Returns:
@@ -53,7 +56,7 @@ def build(
         ),
     )
     estimator = builder.AddNamedSystem(
-        "estimator", make_estimator(scenario, seed)
+        "estimator", make_estimator(scenario, calibration_seed)
     )
     guide = builder.AddNamedSystem("avoidance", make_guide(scenario))
     controller = builder.AddNamedSystem(
@@ -107,13 +110,15 @@ def build(
     return diagram
 
 
-def make_estimator(scenario: HomingScenario, seed: int) -> TargetEstimator:
+def make_estimator(
+    scenario: HomingScenario, calibration_seed: int
+) -> TargetEstimator:
     """The estimator that the scenario names, with a calibrated beacon."""
     beacon = scenario.station.beacon
     calibration = calibrate(
         BEACONS[beacon.model],
         scenario.calibration_noise,
-        np.random.default_rng(seed),
+        np.random.default_rng(calibration_seed),
     )
     common = (
         calibration,

@@ -78,13 +78,15 @@ class Result:
 
 
 def build_diagram(
-    scenario: HomingScenario, seed: int = 0, meshcat: Meshcat | None = None
+    scenario: HomingScenario,
+    calibration_seed: int = 0,
+    meshcat: Meshcat | None = None,
 ) -> Diagram:
     """Builds the diagram that a scenario names."""
     module = importlib.import_module(
         f"drake_mobarm.diagrams.{scenario.diagram}"
     )
-    diagram: Diagram = module.build(scenario, seed, meshcat)
+    diagram: Diagram = module.build(scenario, calibration_seed, meshcat)
     return diagram
 
 

@@ -1,4 +1,9 @@
-"""The base driver's law: section 7.3.1.4, feedback and feed-forward."""
+"""The base driver's law: section 7.3.1.4, feedback and feed-forward.
+
+There the acceleration fed forward is the one that reaches the velocity of the
+next trajectory point, 0.2 s away. Commands here may change at any time: a
+reference ramps to them within the limits, and its acceleration is fed forward.
+"""
 
 from dataclasses import dataclass, field
 

@@ -164,7 +164,11 @@ class ArmDriver(LeafSystem):
 
 
 class _ArmModel:
-    """The arm on a base that stands still, for (7.13), and its limits."""
+    """The arm on a base that stands still, for (7.13), and its limits.
+
+    Its context is scratch: what is read of it is written right before, so it
+    keeps nothing between updates. It is not for two threads at once.
+    """
 
     def __init__(self) -> None:
         self._plant = MultibodyPlant(0.0)
@@ -208,7 +212,6 @@ class _ArmModel:
 
     def inverse_dynamics(self, state: Any, u: Any) -> Any:
         """Tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
-        # All of the scratch context that matters is written before use.
         self._state[:, self._arm] = state
         self._u[self._arm] = u
         self._plant.SetPositionsAndVelocities(

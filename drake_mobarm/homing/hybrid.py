@@ -36,7 +36,7 @@ class HybridParameters:
         k: fraction of the way to the newest line of sight [-], in (0, 1];
             the dissertation's is 0.8.
         buffer: how many vector positions are kept [-], at least 3; 20.
-        tau: decay of their weights [readings], positive; not given, chosen by
+        tau: decay of their weights [readings], positive; not given, see
             `mobarm reproduce tau`.
         agreement: threshold of (2.14) [-], positive; 0.3.
         z_threshold: of the outlier test [-], positive; 1.645 (90 %).

@@ -41,7 +41,7 @@ def build(
         meshcat: where to draw the run, if anywhere.
 
     Returns:
-        A diagram with the output `arrived` (1), which ends a run, and a
+        A diagram with the output `done` (1), which ends a run, and a
         VectorLogSink for each signal of its trace.
     """
     builder = DiagramBuilder()
@@ -93,7 +93,7 @@ def build(
     builder.Connect(
         stow.get_output_port(), station.GetInputPort("desired_arm_state")
     )
-    builder.ExportOutput(arrived, "arrived")
+    builder.ExportOutput(arrived, "done")
 
     for port in (truth, pose, reading, target, waypoint, command):
         log = LogVectorOutput(port, builder, LOG_PERIOD)

@@ -16,9 +16,9 @@ from tqdm import tqdm
 from drake_mobarm.exceptions import MobarmError, OutputError
 from drake_mobarm.experiments.tables import TABLES, reproduce
 from drake_mobarm.output import staged_folder
-from drake_mobarm.report.run import save_run
+from drake_mobarm.report.run import REPORTS, describe_run, save_run
 from drake_mobarm.scenario import load_scenario, scenario_names
-from drake_mobarm.simulation import Result, build_diagram, run
+from drake_mobarm.simulation import build_diagram, run
 from drake_mobarm.world.sdf import world_names
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -163,6 +163,7 @@ def _positive(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.overrides)
+    report = REPORTS[scenario.diagram]
     name = Path(options.scenario).stem
     folder = options.out or Path("runs") / f"{name}-seed{options.seed}"
     with staged_folder(folder) as stage:
@@ -187,34 +188,10 @@ def _run(options: argparse.Namespace) -> int:
     if result.recording is None:
         # One of an earlier run would not go with the new files.
         (folder / "recording.html").unlink(missing_ok=True)
-    _print_result(result, folder)
-    return SUCCESS if result.success else FAILURE
-
-
-def _print_result(result: Result, folder: Path) -> None:
-    m = result.metrics
-    verdict = "success" if result.success else "no success"
-    print(f"{verdict}: {result.reason}")
-    for label, value in (
-        (
-            "time",
-            f"{m['time_to_target_s']:.1f} s, "
-            f"{result.real_time_factor:.0f} times real time",
-        ),
-        ("estimate off by", f"{m['goal_position_error_m']:.3f} m"),
-        ("robot to beacon", f"{m['final_position_error_m']:.3f} m"),
-        (
-            "path",
-            f"{m['distance_travelled_m']:.2f} m, efficiency "
-            f"{m['path_efficiency']:.2f}",
-        ),
-        ("contacts", f"{m['contacts']:.0f}"),
-    ):
-        print(f"  {label:<16} {value}")
-    shown = (
-        "recording.html" if result.recording is not None else "trajectory.png"
-    )
+    print(describe_run(result))
+    shown = "recording.html" if result.recording is not None else report.picture
     print(f"open {folder / shown}")
+    return SUCCESS if result.success else FAILURE
 
 
 def _reproduce(options: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ import typing
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import yaml
@@ -18,6 +18,12 @@ from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.controller import ControllerParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
+from drake_mobarm.placement.objective import (
+    ObjectiveParameters,
+    PlacementObjective,
+)
+from drake_mobarm.placement.objective_map import ToolTarget
+from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.station import StationParameters
 from drake_mobarm.world.obstacles import clearance, outlines
@@ -27,6 +33,7 @@ from drake_mobarm.world.sdf import World, load_world
 DIAGRAMS = Path(__file__).resolve().parent / "diagrams"
 ESTIMATORS = ("hybrid", "filter")
 AVOIDANCES = ("none", "rules")
+GRIDS = ("optimised", "plain")
 ROBOT_RADIUS = 0.27
 ROBOT_HEIGHTS = (0.01, 0.6)
 """Between these heights [m] the robot, its arm stowed, can touch things."""
@@ -74,12 +81,7 @@ class HomingScenario:
     )
 
     def __post_init__(self) -> None:
-        require(
-            len(self.start) == 3 and bool(np.isfinite(self.start).all()),
-            "start",
-            self.start,
-            "[x, y, yaw], finite, in m and rad",
-        )
+        _require_pose(self.start)
         require(
             len(self.beacon) == 2 and bool(np.isfinite(self.beacon).all()),
             "beacon",
@@ -119,7 +121,70 @@ class HomingScenario:
         )
 
 
-SCENARIO_TYPES: dict[str, type[Any]] = {"homing": HomingScenario}
+@dataclass(kw_only=True)
+class PlacementScenario:
+    """Choose where to stand for a tool target (4.3.1 to 4.3.3).
+
+    Attributes:
+        diagram: the diagram that this scenario is for.
+        world: a shipped world's name or the path of an SDF.
+        start: X_WB of the base, [x, y, yaw] in m and rad; it can only stand
+            where it can drive to from here.
+        target: p_WT of the tool's tip [m].
+        approach: the tool's x axis in W, a unit vector.
+        heading: of the base at the stand [rad], one number; empty where it
+            may choose.
+        grid: `optimised` (4.3.3) or `plain` squares.
+        grid_size: edge length of a square [m].
+        replan_distance: how far the target has to move for a new plan [m].
+        objective: what counts as a good place.
+    """
+
+    diagram: str = "placement"
+    world: str = "empty"
+    start: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    target: list[float] = field(default_factory=lambda: [2.0, 1.0, 0.6])
+    approach: list[float] = field(default_factory=lambda: [0.0, 0.0, -1.0])
+    heading: list[float] = field(default_factory=list)
+    grid: str = "optimised"
+    grid_size: float = 0.2
+    replan_distance: float = 0.05
+    objective: ObjectiveParameters = field(default_factory=ObjectiveParameters)
+
+    time_limit: ClassVar[float] = 1.0
+    """The plan is there at once; nothing moves [s]."""
+
+    def __post_init__(self) -> None:
+        _require_pose(self.start)
+        ToolTarget(position=self.target, approach=self.approach)
+        PlacementObjective(ArmKinematics(), self.objective)
+        require(
+            len(self.heading) <= 1 and bool(np.isfinite(self.heading).all()),
+            "heading",
+            self.heading,
+            "[yaw], finite, in rad, or empty",
+        )
+        require(self.grid in GRIDS, "grid", self.grid, " or ".join(GRIDS))
+        require(
+            0.05 <= self.grid_size <= 2,
+            "grid_size",
+            self.grid_size,
+            "0.05 to 2 m",
+        )
+        require(
+            0 <= self.replan_distance < np.inf,
+            "replan_distance",
+            self.replan_distance,
+            "0 m or more",
+        )
+
+
+Scenario = HomingScenario | PlacementScenario
+
+SCENARIO_TYPES: dict[str, type[Any]] = {
+    "homing": HomingScenario,
+    "placement": PlacementScenario,
+}
 """The scenario type of each diagram, by its name."""
 
 
@@ -128,14 +193,15 @@ def scenario_names() -> list[str]:
     return sorted(path.stem for path in DIAGRAMS.glob("*.yaml"))
 
 
-def load_scenario(
-    name_or_path: str, overrides: Sequence[str] = ()
-) -> HomingScenario:
+def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     """Reads a scenario and checks it.
 
     Args:
         name_or_path: a shipped scenario's name or the path of a YAML file.
         overrides: "key.path=value" each, the value in YAML.
+
+    Returns:
+        The scenario, of the type that its diagram needs.
 
     Raises:
         ScenarioError: there is no such scenario, it does not parse, or holds
@@ -152,28 +218,26 @@ def load_scenario(
         raise ScenarioError(
             f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
         )
-    scenario: HomingScenario = _make(
-        SCENARIO_TYPES[kind], values, name_or_path, ""
-    )
+    scenario: Scenario = _make(SCENARIO_TYPES[kind], values, name_or_path, "")
     check_places(scenario, load_world(scenario.world))
     return scenario
 
 
-def dump_scenario(scenario: HomingScenario) -> str:
+def dump_scenario(scenario: Scenario) -> str:
     """The scenario as YAML, every default spelled out."""
     text: str = yaml_dump_typed(scenario)
     return text
 
 
-def check_places(scenario: HomingScenario, world: World) -> None:
-    """Refuses a start or a beacon where the run could not make sense.
+def check_places(scenario: Scenario, world: World) -> None:
+    """Refuses places where the run could not make sense.
 
     Raises:
         ScenarioError: the robot would start inside an obstacle or outside
             the walls, or the beacon is inside an obstacle or outside.
     """
     footprint = outlines(world.obstacles, *ROBOT_HEIGHTS)
-    start, beacon = np.array(scenario.start[:2]), np.array(scenario.beacon)
+    start = np.array(scenario.start[:2])
     room = float(clearance(footprint, start))
     if room <= ROBOT_RADIUS:
         raise ScenarioError(
@@ -181,19 +245,32 @@ def check_places(scenario: HomingScenario, world: World) -> None:
             f"{room:.2f} m are free around it, the robot needs "
             f"{ROBOT_RADIUS} m"
         )
-    if float(clearance(footprint, beacon)) <= 0:
-        raise ScenarioError(
-            f"beacon {scenario.beacon} is inside an obstacle of {world.name}"
-        )
+    places = {"start": start}
+    if isinstance(scenario, HomingScenario):
+        places["beacon"] = beacon = np.array(scenario.beacon)
+        if float(clearance(footprint, beacon)) <= 0:
+            raise ScenarioError(
+                f"beacon {scenario.beacon} is inside an obstacle of "
+                f"{world.name}"
+            )
     # Walls are whatever closes off a room's worth of floor from outside.
     grid = OccupancyGrid.from_outlines(footprint)
     regions = grid.regions(0.0)
     indoors = np.sum(regions >= 2) * grid.cell**2 > _ROOM_AREA
-    for name, place in (("start", start), ("beacon", beacon)):
+    for name, place in places.items():
         if indoors and regions[grid.index(place)] == 1:
             raise ScenarioError(
                 f"{name} {place.tolist()} is outside the walls of {world.name}"
             )
+
+
+def _require_pose(start: list[float]) -> None:
+    require(
+        len(start) == 3 and bool(np.isfinite(start).all()),
+        "start",
+        start,
+        "[x, y, yaw], finite, in m and rad",
+    )
 
 
 def _find(name_or_path: str) -> Path:

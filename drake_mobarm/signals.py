@@ -49,6 +49,20 @@ Waypoint = namedview("Waypoint", ["x", "y", "speed_limit"])
 """Where to drive next, p_WQ [m, m], and how fast at most [m/s]; a negative
 limit means: straight backwards. NaN for x and y: turn on the spot."""
 
+BestStand = namedview(
+    "BestStand",
+    [
+        "x",
+        "y",
+        "yaw",
+        *(f"{joint}_q" for joint in ARM_JOINTS),
+        "objective",
+        "known",
+    ],
+)
+"""Where to stand, X_WB [m, m, rad], the arm's joints there [rad], what it is
+worth (4.12) [-], and 1 where there is such a place (0: the others are NaN)."""
+
 GroundTruth = namedview(
     "GroundTruth", ["x", "y", "yaw", "v", "w", "touching", "contacts"]
 )

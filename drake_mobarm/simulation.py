@@ -5,6 +5,7 @@ import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydrake.common import RandomGenerator
@@ -15,9 +16,9 @@ from pydrake.systems.primitives import VectorLogSink
 
 from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array
-from drake_mobarm.homing.metrics import homing_metrics, judge
-from drake_mobarm.scenario import HomingScenario
-from drake_mobarm.visualization import FRAMES_PER_SECOND, set_stage
+from drake_mobarm.scenario import Scenario
+from drake_mobarm.tasks import TASKS
+from drake_mobarm.visualization import FRAMES_PER_SECOND
 
 _LOG_PREFIX = "trace."
 _CHECK_PERIOD = 0.05
@@ -36,11 +37,12 @@ class Result:
         wall_s: time that it took [s], building not included.
         metrics: name to number, SI units in the name.
         trace: `t` (n,) and a signal's (n, size) each.
+        outputs: the diagram's outputs at the end, by name.
         recording: self-contained HTML, if asked for.
         diagram_dot: the block diagram in DOT.
     """
 
-    scenario: HomingScenario
+    scenario: Scenario
     seed: int
     success: bool
     reason: str
@@ -48,6 +50,7 @@ class Result:
     wall_s: float
     metrics: dict[str, float]
     trace: dict[str, Array]
+    outputs: dict[str, Any]
     recording: str | None
     diagram_dot: str
 
@@ -78,7 +81,7 @@ class Result:
 
 
 def build_diagram(
-    scenario: HomingScenario,
+    scenario: Scenario,
     calibration_seed: int = 0,
     meshcat: Meshcat | None = None,
 ) -> Diagram:
@@ -91,7 +94,7 @@ def build_diagram(
 
 
 def run(
-    scenario: HomingScenario,
+    scenario: Scenario,
     seed: int = 0,
     *,
     record: bool = False,
@@ -99,7 +102,7 @@ def run(
     on_progress: Callable[[float], None] | None = None,
     on_live: Callable[[str], None] | None = None,
 ) -> Result:
-    """Simulates a scenario until the robot has arrived or its time is up.
+    """Simulates a scenario until its job is done or its time is up.
 
     Args:
         scenario: what to run.
@@ -113,13 +116,14 @@ def run(
     calibration_seed, noise_seed = (
         int(s) for s in np.random.SeedSequence(seed).generate_state(2)
     )
+    task = TASKS[scenario.diagram]
     meshcat = Meshcat() if record or live else None
     diagram = build_diagram(scenario, calibration_seed, meshcat)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
     diagram.SetRandomContext(context, RandomGenerator(noise_seed))
     if meshcat is not None:
-        set_stage(meshcat, scenario.start, scenario.beacon)
+        task.set_stage(meshcat, scenario)
         meshcat.StartRecording(FRAMES_PER_SECOND)
         if live:
             simulator.set_target_realtime_rate(1.0)
@@ -127,13 +131,13 @@ def run(
                 on_live(meshcat.web_url())
     started = time.perf_counter()
     simulator.Initialize()
-    arrived = diagram.GetOutputPort("arrived")
+    done = diagram.GetOutputPort("done")
     steps = int(np.ceil(scenario.time_limit / _CHECK_PERIOD))
     for step in range(1, steps + 1):
         simulator.AdvanceTo(min(step * _CHECK_PERIOD, scenario.time_limit))
         if on_progress is not None:
             on_progress(context.get_time())
-        if arrived.Eval(context)[0] > 0.5:
+        if done.Eval(context)[0] > 0.5:
             break
     wall = time.perf_counter() - started
     recording = None
@@ -142,10 +146,13 @@ def run(
         meshcat.PublishRecording()
         recording = meshcat.StaticHtml() if record else None
     trace = read_trace(diagram, context)
-    metrics = homing_metrics(trace, scenario.beacon)
-    success, reason = judge(
-        metrics, bool(arrived.Eval(context)[0] > 0.5), scenario.time_limit
-    )
+    outputs = {
+        port.get_name(): port.Eval(context)
+        for port in map(
+            diagram.get_output_port, range(diagram.num_output_ports())
+        )
+    }
+    success, reason, metrics = task.judge(scenario, trace, outputs)
     return Result(
         scenario=scenario,
         seed=seed,
@@ -155,6 +162,7 @@ def run(
         wall_s=wall,
         metrics=metrics,
         trace=trace,
+        outputs=outputs,
         recording=recording,
         diagram_dot=diagram.GetGraphvizString(max_depth=1),
     )

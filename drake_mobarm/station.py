@@ -9,7 +9,7 @@ later (`PROCESSING_DELAY`): the odometry that it sees was then taken at the
 same instant as the reading, if that has a period of whole hundredths.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -279,14 +279,27 @@ def add_plant(
         )
     )
     plant.Finalize()
+    place_robot(plant, start, parameters.stowed)
+    return plant, scene_graph
+
+
+def place_robot(
+    plant: MultibodyPlant, start: list[float], joints: Sequence[float] = STOWED
+) -> None:
+    """Makes a place and arm joints the default ones of a plant's robot.
+
+    Args:
+        plant: finalized, with the robot in it.
+        start: X_WB of the base, [x, y, yaw] in m and rad.
+        joints: of the arm [rad], (6,).
+    """
     x, y, yaw = start
     plant.SetDefaultFloatingBaseBodyPose(
         plant.GetBodyByName("base"),
         RigidTransform(RotationMatrix.MakeZRotation(yaw), [x, y, 0.0]),
     )
-    for name, q in zip(ARM_JOINTS, parameters.stowed, strict=True):
+    for name, q in zip(ARM_JOINTS, joints, strict=True):
         plant.GetJointByName(name).set_default_positions([q])
-    return plant, scene_graph
 
 
 def _rolling_geometries(plant: MultibodyPlant) -> GeometrySet:

@@ -1,6 +1,7 @@
 """What a run looks like in Meshcat, live or recorded."""
 
 import numpy as np
+from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import (
     Cylinder,
     Meshcat,
@@ -9,14 +10,17 @@ from pydrake.geometry import (
     Rgba,
     Sphere,
 )
-from pydrake.math import RigidTransform, RollPitchYaw
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from pydrake.systems.framework import (
     Context,
     DiagramBuilder,
     LeafSystem,
     OutputPort,
+    State,
 )
 
+from drake_mobarm.geometry import Array
+from drake_mobarm.placement.planner import Placement
 from drake_mobarm.signals import GroundTruth, TargetEstimate, size
 
 FRAMES_PER_SECOND = 20.0
@@ -24,6 +28,19 @@ _BEACON = Rgba(0.10, 0.60, 0.25)
 _ESTIMATE = Rgba(0.93, 0.45, 0.05)
 _PATH = Rgba(0.10, 0.35, 0.80)
 _SEGMENT = 0.10
+_ARROW = 0.3
+_AFTER_PLAN = 0.01
+# Squares fade from the best one's colour to that of one so many times worse.
+_SHADED_UP_TO = 4.0
+_RAMP_AT = (0.0, 0.35, 0.7, 1.0)
+_RAMP = np.array(
+    [
+        [0.27, 0.00, 0.33],
+        [0.19, 0.41, 0.56],
+        [0.21, 0.72, 0.47],
+        [0.99, 0.91, 0.14],
+    ]
+)
 _HIDDEN = RigidTransform([0.0, 0.0, -10.0])
 
 
@@ -91,6 +108,69 @@ class HomingView(LeafSystem):
             state.set_value(self._drawn, [*here, drawn[2] + 1])
 
 
+class PlacementView(LeafSystem):
+    """Draws a tool target, and each new plan's attractive squares.
+
+    .. pydrake_system::
+
+        name: PlacementView
+        input_ports:
+        - placement
+
+    - placement: abstract, Placement.
+
+    Args:
+        meshcat: where to draw.
+        target: p_WT of the tool's tip [m], (3,).
+        approach: the tool's x axis in W, a unit vector, (3,).
+    """
+
+    def __init__(
+        self, meshcat: Meshcat, target: list[float], approach: list[float]
+    ) -> None:
+        super().__init__()
+        self._meshcat = meshcat
+        self._placement = self.DeclareAbstractInputPort(
+            "placement", AbstractValue.Make(Placement)
+        )
+        self._drawn = self.DeclareAbstractState(Value("no target"))
+        # A little after each frame's plan, or a run may end before it shows.
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / FRAMES_PER_SECOND, _AFTER_PLAN, self._draw
+        )
+        _draw_arrow(meshcat, "target", np.array(target), np.array(approach))
+
+    def _draw(self, context: Context, state: State) -> None:
+        placement: Placement = self._placement.Eval(context)
+        label = str(placement.target)
+        index = int(self._drawn)
+        if context.get_abstract_state(index).get_value() == label:
+            return
+        state.get_mutable_abstract_state(index).set_value(label)
+        corners = placement.grid.corners()[placement.squares]
+        if not len(corners):
+            self._meshcat.Delete("squares")
+            return
+        value = np.log(placement.objective)
+        share = np.clip((value - value[0]) / np.log(_SHADED_UP_TO), 0, 1)
+        colors = np.column_stack(
+            [np.interp(share, _RAMP_AT, channel) for channel in _RAMP.T]
+        )
+        vertices = np.full((len(corners), 4, 3), 0.004)
+        vertices[..., :2] = corners
+        first = 4 * np.arange(len(corners))
+        faces = np.concatenate(
+            [[first, first + 1, first + 2], [first, first + 2, first + 3]],
+            axis=1,
+        )
+        self._meshcat.SetTriangleColorMesh(
+            "squares",
+            vertices.reshape(-1, 3).T,
+            faces,
+            np.repeat(colors, 4, axis=0).T,
+        )
+
+
 def add_visualizer(
     builder: DiagramBuilder, query_object: OutputPort, meshcat: Meshcat
 ) -> None:
@@ -112,11 +192,7 @@ def set_stage(
     meshcat: Meshcat, start: list[float], beacon: list[float]
 ) -> None:
     """Even light, no grid, and start and beacon both well in view."""
-    for path in ("/Grid", "/Axes", "/Lights/SpotLight"):
-        meshcat.SetProperty(path, "visible", False)
-    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
-    meshcat.SetProperty("/Background", "top_color", [0.88, 0.90, 0.93])
-    meshcat.SetProperty("/Background", "bottom_color", [0.97, 0.97, 0.98])
+    light_stage(meshcat)
     a, b = np.array(start[:2]), np.array(beacon)
     middle = (a + b) / 2
     reach = max(float(np.abs(a - b).max()), 4.0)
@@ -124,6 +200,29 @@ def set_stage(
         [middle[0], middle[1] - 0.42 * reach, 0.62 * reach],
         [middle[0], middle[1] - 0.06 * reach, 0.0],
     )
+
+
+def light_stage(meshcat: Meshcat) -> None:
+    """Even light, and no grid."""
+    for path in ("/Grid", "/Axes", "/Lights/SpotLight"):
+        meshcat.SetProperty(path, "visible", False)
+    meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
+    meshcat.SetProperty("/Background", "top_color", [0.88, 0.90, 0.93])
+    meshcat.SetProperty("/Background", "bottom_color", [0.97, 0.97, 0.98])
+
+
+def _draw_arrow(
+    meshcat: Meshcat, path: str, tip: Array, direction: Array
+) -> None:
+    """An arrow that ends at a point, shaft and ball."""
+    X_WA = RigidTransform(RotationMatrix.MakeFromOneVector(direction, 2), tip)
+    meshcat.SetObject(f"{path}/shaft", Cylinder(0.006, _ARROW), _ESTIMATE)
+    meshcat.SetTransform(
+        f"{path}/shaft",
+        X_WA @ RigidTransform([0, 0, -_ARROW / 2]),
+    )
+    meshcat.SetObject(f"{path}/ball", Sphere(0.018), _ESTIMATE)
+    meshcat.SetTransform(f"{path}/ball", X_WA)
 
 
 def _draw_marker(

@@ -28,9 +28,9 @@ def write(folder, text, name="mine.yaml"):
 
 
 def test_every_shipped_scenario_loads():
-    assert scenario_names() == ["homing"]
+    assert scenario_names() == ["homing", "placement"]
     for name in scenario_names():
-        assert load_scenario(name).diagram == "homing"
+        assert load_scenario(name).diagram == name
 
 
 def test_the_newcomer_sees_a_home_avoidance_and_the_worst_noise():
@@ -109,6 +109,54 @@ def test_bad_values_are_named(override, error, names):
     with pytest.raises(error) as caught:
         load_scenario("homing", [override])
     assert issubclass(error, MobarmError)
+    message = str(caught.value)
+    assert "\n" not in message
+    for name in names:
+        assert name in message
+
+
+@pytest.mark.parametrize(
+    ("override", "error", "names"),
+    [
+        ("approach=[0, 0, 2]", ParameterError, ["approach", "unit vector"]),
+        (
+            "approach=[3, 0, -4]",
+            ParameterError,
+            ["approach", "[0.6, 0.0, -0.8]"],
+        ),
+        ("approach=[0, 0, 0]", ParameterError, ["approach", "unit vector"]),
+        ("approach=[0, 1]", ParameterError, ["approach", "three"]),
+        ("approach=[.nan, 0, 1]", ScenarioError, ["approach[0]", "nan"]),
+        ("target=[1, 2]", ParameterError, ["target", "three"]),
+        ("target=[1, 2, -0.1]", ParameterError, ["target", "floor"]),
+        ("target=[1, 2, .inf]", ScenarioError, ["target[2]", "inf"]),
+        ("target=there", ScenarioError, ["target", "list"]),
+        ("heading=[0, 1]", ParameterError, ["heading", "empty"]),
+        ("grid=hexagons", ParameterError, ["hexagons", "optimised", "plain"]),
+        ("grid_size=0", ParameterError, ["grid_size", "0.05"]),
+        ("replan_distance=-1", ParameterError, ["replan_distance", "-1"]),
+        ("start=[-6.0, 2.0, 0]", ScenarioError, ["start", "inside"]),
+        ("beacon=[1, 2]", ScenarioError, ["beacon", "target"]),
+        (
+            "objective.torque_shape=[4, 8.2, 8.2, 4.1, 4.1, 1.5]",
+            ParameterError,
+            ["torque_shape", "limit or more", "4.1"],
+        ),
+        (
+            "objective.torque_shape=[9]",
+            ParameterError,
+            ["torque_shape", "6 numbers"],
+        ),
+        (
+            "objective.torque_weight=-1",
+            ParameterError,
+            ["objective.torque_weight", "-1"],
+        ),
+    ],
+)
+def test_bad_values_of_a_placement_are_named(override, error, names):
+    with pytest.raises(error) as caught:
+        load_scenario("placement", [override])
     message = str(caught.value)
     assert "\n" not in message
     for name in names:

@@ -115,8 +115,10 @@ def do_trial(trial: Trial) -> Outcome:
     """
     in_house = "start_room" in trial
     # The shipped scenario, as a user would run it.
-    scenario: HomingScenario = replace(
-        load_scenario("homing"),
+    shipped = load_scenario("homing")
+    assert isinstance(shipped, HomingScenario)
+    scenario = replace(
+        shipped,
         world="small_house" if in_house else "empty",
         avoidance="rules" if in_house else "none",
         start=list(trial["start"]),

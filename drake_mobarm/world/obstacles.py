@@ -121,3 +121,31 @@ def clearance(outlines: list[Array], points: Array) -> Array:
         distance = np.where(inside(polygon, points), 0.0, gap.min(axis=-1))
         nearest = np.minimum(nearest, distance)
     return nearest
+
+
+def signed_distance(outline: Array, point: Array) -> tuple[Array, Array]:
+    """Distance of one point (2,) to a convex outline, and its gradient.
+
+    Args:
+        outline: counter-clockwise, in W [m], (k, 2).
+        point: in W [m], (2,).
+
+    Returns:
+        [m], (1,), negative inside, where it is that to the nearest side; and
+        the unit vector (1, 2) along which it grows.
+    """
+    side = np.roll(outline, -1, axis=0) - outline
+    length = np.linalg.norm(side, axis=1)
+    normal = np.column_stack([side[:, 1], -side[:, 0]]) / length[:, None]
+    to_point = point - outline
+    depth = np.sum(to_point * normal, axis=1)
+    deepest = int(np.argmax(depth))
+    if depth[deepest] <= 0:
+        return depth[deepest : deepest + 1], normal[deepest : deepest + 1]
+    along = np.clip(np.sum(to_point * side, axis=1) / length**2, 0, 1)
+    away = to_point - along[:, None] * side
+    gap = np.linalg.norm(away, axis=1)
+    nearest = int(np.argmin(gap))
+    if gap[nearest] == 0:
+        return np.zeros(1), normal[deepest : deepest + 1]
+    return gap[nearest : nearest + 1], away[nearest][None] / gap[nearest]

@@ -8,7 +8,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 from drake_mobarm import load_scenario, run
 from drake_mobarm.diagrams.homing import make_estimator
 from drake_mobarm.homing.systems import HomingController, StraightToTarget
-from drake_mobarm.scenario import ESTIMATORS, scenario_names
+from drake_mobarm.scenario import ESTIMATORS
 from drake_mobarm.simulation import build_diagram
 from drake_mobarm.station import STOWED, build_station
 from drake_mobarm.world.sdf import load_world
@@ -20,9 +20,8 @@ def open_space(*overrides):
     return load_scenario("homing", [*OPEN, "beacon=[3, 2]", *overrides])
 
 
-@pytest.mark.parametrize("name", scenario_names())
-def test_every_shipped_scenario_runs_for_a_blink(name):
-    result = run(load_scenario(name, ["time_limit=0.5"]))
+def test_the_shipped_scenario_runs_for_a_blink():
+    result = run(load_scenario("homing", ["time_limit=0.5"]))
     assert result.simulated_s == pytest.approx(0.5)
     assert not result.success
     assert "time limit" in result.reason

@@ -10,7 +10,8 @@ import pytest
 import yaml
 from pydrake.common.value import Value
 from pydrake.geometry import Meshcat
-from pydrake.multibody.plant import ContactResults
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import LeafSystem, PortDataType
 
@@ -31,6 +32,15 @@ from drake_mobarm.homing.systems import (
     StraightToTarget,
     TargetEstimator,
 )
+from drake_mobarm.placement.free_space import FreeSpace
+from drake_mobarm.placement.grid import plain_grid
+from drake_mobarm.placement.objective import (
+    ObjectiveParameters,
+    PlacementObjective,
+)
+from drake_mobarm.placement.planner import nothing_planned
+from drake_mobarm.placement.systems import RobotPoser, StandPlanner
+from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 from drake_mobarm.sensors.beacon import (
     NOISE_CONFIGURATIONS,
@@ -46,11 +56,22 @@ from drake_mobarm.sensors.systems import (
     Odometry,
 )
 from drake_mobarm.station import STOWED
-from drake_mobarm.visualization import HomingView
+from drake_mobarm.visualization import HomingView, PlacementView
+from drake_mobarm.world.sdf import MODELS
 
 WALL = (np.array([[2.0, 1.0]]), np.array([[2.0, -1.0]]))
 ANTENNA = np.array([0.2, 0.0])
 ESTIMATOR = (RssiModel(), ANTENNA, 20.0, 0.01)
+FREE = FreeSpace.from_outlines([], 0.27, [0.0, 0.0])
+GRID = plain_grid(FREE, 0.5)
+
+
+def make_plant():
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    plant.Finalize()
+    return plant
+
 
 MAKE = {
     ArmDriver: lambda: ArmDriver(ArmDriveParameters(), list(STOWED)),
@@ -71,7 +92,19 @@ MAKE = {
         AvoidanceParameters(), 360, 10.0, 0.01
     ),
     Odometry: lambda: Odometry(DifferentialDrive(), [1.0, 2.0, 0.3], 50.0),
+    PlacementView: lambda: PlacementView(
+        Meshcat(), [1.0, 0.0, 0.5], [1.0, 0.0, 0.0]
+    ),
+    RobotPoser: lambda: RobotPoser(make_plant()),
+    StandPlanner: lambda: StandPlanner(
+        PlacementObjective(ArmKinematics(), ObjectiveParameters()),
+        *(0.5, [0.0, 0.0, -1.0], FREE, GRID, None, 0.05, 10.0, 0.01),
+    ),
     StraightToTarget: StraightToTarget,
+}
+ABSTRACT = {
+    "contact_results": Value(ContactResults()),
+    "placement": Value(nothing_planned(GRID)),
 }
 RAYS = 360
 VIEWS = {
@@ -116,7 +149,7 @@ def fix_inputs(system, context, rng):
     for index in range(system.num_input_ports()):
         port = system.get_input_port(index)
         if port.get_data_type() == PortDataType.kAbstractValued:
-            port.FixValue(context, Value(ContactResults()))
+            port.FixValue(context, ABSTRACT[port.get_name()])
         elif port.get_name() == "robot_state":
             port.FixValue(context, [1.0, *rng.uniform(0, 1, port.size() - 1)])
         else:
@@ -129,10 +162,12 @@ def fix_inputs(system, context, rng):
 
 
 def outputs(system, context):
+    ports = map(system.get_output_port, range(system.num_output_ports()))
     return np.concatenate(
         [
-            system.get_output_port(i).Eval(context)
-            for i in range(system.num_output_ports())
+            port.Eval(context)
+            for port in ports
+            if port.get_data_type() == PortDataType.kVectorValued
         ]
         or [np.zeros(0)]
     )

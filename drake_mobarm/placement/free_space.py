@@ -1,0 +1,208 @@
+"""The floor on which a round robot can be, as one polygon: section 4.3.3.
+
+An offset applied to all obstacles makes the robot a point.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike, NDArray
+
+from drake_mobarm.exceptions import require
+from drake_mobarm.geometry import Array
+from drake_mobarm.world.obstacles import outline, signed_distance
+from drake_mobarm.world.sdf import World
+
+_MARGIN = 1.0
+_DISC_SIDES = 32
+_DISC_INSIDE = float(np.cos(np.pi / _DISC_SIDES))
+_RASTER = 1e-9
+"""Of the polygon's corners [m]. Without one, shapely's union of polygons
+whose sides all but coincide may silently lose one of them."""
+
+
+@dataclass(frozen=True)
+class FreeSpace:
+    """Where the base's origin can be without the robot touching anything.
+
+    It is connected: all of it can be reached from any place in it.
+
+    Attributes:
+        polygon: in W [m], with a hole for each obstacle that stands free.
+        clearance: a place this far from every obstacle [m], and connected,
+            is in the polygon.
+        obstacles: name and convex outline in W [m], (k_i, 2), of each.
+    """
+
+    polygon: shapely.Polygon
+    clearance: float = 0.0
+    obstacles: tuple[tuple[str, Array], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Lets shapely index the polygon, which changes no value."""
+        shapely.prepare(self.polygon)
+
+    @classmethod
+    def from_outlines(
+        cls,
+        outlines: Sequence[Array],
+        radius: float,
+        start: ArrayLike,
+        bounds: ArrayLike | None = None,
+        names: Sequence[str] = (),
+    ) -> "FreeSpace":
+        """The part of the floor around `start` that a disc can reach.
+
+        Args:
+            outlines: convex ones of obstacles in W [m], (k_i, 2) each.
+            radius: the robot's [m]; no point within it of an outline is free,
+                but for rounding by 2e-9 m.
+            start: a free place p_WB [m], (2,).
+            bounds: low and high corner of where the base's origin can be
+                [m], (2, 2); by default that of outlines and start with a
+                metre around.
+            names: of the outlines; by default their numbers.
+
+        Raises:
+            ParameterError: `start` is not free, or another value makes no
+                sense.
+        """
+        place = np.asarray(start, dtype=float)
+        require(
+            place.shape == (2,) and bool(np.isfinite(place).all()),
+            "start",
+            start,
+            "two finite numbers [m]",
+        )
+        require(0 <= radius < np.inf, "radius", radius, "at least 0 [m]")
+        if bounds is None:
+            corners = np.vstack([place, *outlines])
+            low, high = corners.min(axis=0), corners.max(axis=0)
+            limits = np.array([low - _MARGIN, high + _MARGIN])
+        else:
+            limits = np.asarray(bounds, dtype=float)
+            require(
+                limits.shape == (2, 2)
+                and bool(np.isfinite(limits).all())
+                and bool((limits[0] < limits[1]).all()),
+                "bounds",
+                bounds,
+                "a low corner and a higher one [m]",
+            )
+        blocked = shapely.union_all(
+            [_grown(o, radius) for o in outlines], grid_size=_RASTER
+        )
+        floor = shapely.difference(
+            shapely.box(*limits.ravel()), blocked, grid_size=_RASTER
+        )
+        parts = [
+            part
+            for part in shapely.get_parts(floor)
+            if shapely.contains_xy(part, *place)
+        ]
+        require(
+            len(parts) == 1,
+            "start",
+            place.tolist(),
+            f"a place within the bounds, {radius:g} m clear of obstacles",
+        )
+        named = names or [f"obstacle {i}" for i in range(len(outlines))]
+        return cls(
+            parts[0],
+            radius / _DISC_INSIDE,
+            tuple(zip(named, outlines, strict=True)),
+        )
+
+    @classmethod
+    def of_world(
+        cls,
+        world: World,
+        start: ArrayLike,
+        radius: float,
+        heights: tuple[float, float],
+        goal: ArrayLike | None = None,
+    ) -> "FreeSpace":
+        """That of a world's floor, and a metre beyond all that is in it.
+
+        Args:
+            world: the building.
+            start: a free place p_WB [m], (2,).
+            radius: the robot's [m].
+            heights: of the robot's lowest and highest part [m]; it passes
+                under and over the rest.
+            goal: another place that has to be on the map [m], (2,).
+
+        Raises:
+            ParameterError: `start` is not free.
+        """
+        found = [
+            (o.name, outline(o.corners, *heights)) for o in world.obstacles
+        ]
+        met = [(name, shape) for name, shape in found if shape is not None]
+        shapes = [shape for _, shape in met]
+        corners = np.vstack([start, start if goal is None else goal, *shapes])
+        bounds = [corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN]
+        return cls.from_outlines(
+            shapes,
+            radius,
+            start,
+            bounds,
+            names=[name for name, _ in met],
+        )
+
+    @property
+    def area(self) -> float:
+        """Area [m^2]."""
+        return float(self.polygon.area)
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """Whether points in W [m], (..., 2), are free; its edge is not."""
+        places = np.asarray(points, dtype=float)
+        return np.asarray(
+            shapely.contains_xy(self.polygon, places[..., 0], places[..., 1])
+        )
+
+    def distance(self, points: ArrayLike) -> Array:
+        """Distance [m] of points in W, (..., 2), to the nearest free one."""
+        places = shapely.points(np.asarray(points, dtype=float))
+        return np.asarray(shapely.distance(self.polygon, places))
+
+    def obstacles_near(
+        self, place: Array, distance: float
+    ) -> list[tuple[str, Array]]:
+        """Those whose outline comes within a distance [m] of a place, (2,)."""
+        return [
+            (name, shape)
+            for name, shape in self.obstacles
+            if np.all(shape.min(axis=0) - distance < place)
+            and np.all(shape.max(axis=0) + distance > place)
+            and signed_distance(shape, place)[0] < distance
+        ]
+
+    def sides(self) -> tuple[Array, Array]:
+        """Starts and ends in W [m], (n, 2) each, of the edge and of holes."""
+        rings = [
+            shapely.get_coordinates(ring)
+            for ring in (self.polygon.exterior, *self.polygon.interiors)
+        ]
+        return (
+            np.vstack([ring[:-1] for ring in rings]),
+            np.vstack([ring[1:] for ring in rings]),
+        )
+
+
+def _grown(shape: Array, radius: float) -> shapely.Geometry:
+    """A convex outline and all within `radius` [m] of it, or a little more.
+
+    The Minkowski sum with a polygon around the disc, so that nothing within
+    the radius is left out; that polygon's corners are 0.5 % further out.
+    shapely's buffer would put its corners on the arc, and as few as it likes.
+    Sides along the axes, which most walls have, move by just the radius.
+    """
+    turn = 2 * np.pi * (np.arange(_DISC_SIDES) + 0.5) / _DISC_SIDES
+    reach = radius / _DISC_INSIDE
+    disc = reach * np.column_stack([np.cos(turn), np.sin(turn)])
+    sums = (np.asarray(shape)[:, None] + disc).reshape(-1, 2)
+    return shapely.convex_hull(shapely.multipoints(sums))

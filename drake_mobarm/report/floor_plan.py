@@ -1,0 +1,66 @@
+"""Floor plans, and robots on them."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
+from matplotlib.patches import Circle, Polygon
+
+from drake_mobarm.geometry import Array
+from drake_mobarm.report.style import BLUE, GREY
+from drake_mobarm.scenario import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.world.obstacles import outlines
+from drake_mobarm.world.sdf import World
+
+
+def draw_floor_plan(axes: Axes, world: World) -> None:
+    """What the robot could touch, grey; what its lidar sees of it, darker."""
+    for heights, color in ((ROBOT_HEIGHTS, "#dadce0"), ((0.2, 0.2), GREY)):
+        shapes = [Polygon(o) for o in outlines(world.obstacles, *heights)]
+        axes.add_collection(
+            PatchCollection(shapes, facecolor=color, edgecolor="none", zorder=1)
+        )
+    axes.set_aspect("equal")
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+
+
+def draw_robot(
+    axes: Axes, pose: Array, label: str, *, see_through: bool = False
+) -> None:
+    """The robot's outline, its heading, and what it is doing there."""
+    x, y, yaw = pose
+    axes.add_patch(
+        Circle(
+            (x, y),
+            ROBOT_RADIUS,
+            facecolor="none" if see_through else "white",
+            edgecolor=BLUE,
+            lw=1.2,
+            zorder=5,
+        )
+    )
+    axes.plot(
+        [x, x + ROBOT_RADIUS * np.cos(yaw)],
+        [y, y + ROBOT_RADIUS * np.sin(yaw)],
+        color=BLUE,
+        lw=1.2,
+        zorder=5,
+    )
+    axes.annotate(
+        label,
+        (x, y - ROBOT_RADIUS),
+        textcoords="offset points",
+        xytext=(0, -9),
+        ha="center",
+        fontsize=7,
+        zorder=7,
+    )
+
+
+def frame_building(axes: Axes, world: World, points: Array) -> None:
+    """Shows the whole building, or the points (n, 2) where there is none."""
+    shapes = outlines(world.obstacles, *ROBOT_HEIGHTS)
+    points = np.vstack([points, *shapes])
+    low, high = points.min(axis=0) - 0.8, points.max(axis=0) + 0.8
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])

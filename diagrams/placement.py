@@ -7,6 +7,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import optimise_grid, plain_grid
 from drake_mobarm.placement.objective import PlacementObjective
@@ -93,8 +94,9 @@ def build(
 
 def make_planner(scenario: PlacementScenario) -> StandPlanner:
     """The planner, with the free space of the scenario's world."""
+    world = load_world(scenario.world)
     free = FreeSpace.of_world(
-        load_world(scenario.world),
+        world,
         scenario.start[:2],
         ROBOT_RADIUS,
         ROBOT_HEIGHTS,
@@ -108,6 +110,7 @@ def make_planner(scenario: PlacementScenario) -> StandPlanner:
         free,
         make_grid(free, scenario.grid_size),
         scenario.heading[0] if scenario.heading else None,
+        Surroundings(world.obstacles) if scenario.avoid_collisions else None,
         scenario.replan_distance,
         PLAN_RATE,
         PROCESSING_DELAY,

@@ -134,6 +134,8 @@ class PlacementScenario:
         approach: the tool's x axis in W, a unit vector.
         heading: of the base at the stand [rad], one number; empty where it
             may choose.
+        avoid_collisions: whether the arm keeps out of furniture and its
+            own chassis; the dissertation's map does not look.
         grid: `optimised` (4.3.3) or `plain` squares.
         grid_size: edge length of a square [m].
         replan_distance: how far the target has to move for a new plan [m].
@@ -146,6 +148,7 @@ class PlacementScenario:
     target: list[float] = field(default_factory=lambda: [2.0, 1.0, 0.6])
     approach: list[float] = field(default_factory=lambda: [0.0, 0.0, -1.0])
     heading: list[float] = field(default_factory=list)
+    avoid_collisions: bool = True
     grid: str = "optimised"
     grid_size: float = 0.2
     replan_distance: float = 0.05

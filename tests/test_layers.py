@@ -36,7 +36,7 @@ def test_in_a_room_only_systems_know_drake():
     assert in_rooms == {
         "control/systems.py",
         "homing/systems.py",
-        "placement/best_stand.py",  # By MathematicalProgram.
+        "placement/stand_program.py",  # By MathematicalProgram.
         "placement/systems.py",
         "sensors/systems.py",
         "world/sdf.py",  # Drake's parser is what makes the SDF the one truth.

@@ -2,6 +2,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -14,6 +15,7 @@ from drake_mobarm.world.obstacles import (
     outline,
     outlines,
     outlines_to_segments,
+    signed_distance,
 )
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
@@ -303,3 +305,63 @@ def test_clearance_never_changes_faster_than_one_moves(seed):
 def test_clearance_without_outlines_is_infinite_and_keeps_the_shape():
     assert np.all(np.isinf(clearance([], np.zeros((2, 3, 2)))))
     assert clearance([SQUARE], np.zeros((2, 3, 2))).shape == (2, 3)
+
+
+# Signed distance
+
+
+@pytest.mark.parametrize(
+    ("point", "distance", "gradient"),
+    [
+        ((1.0, 0.25), -0.25, (0, -1)),  # inside, nearest to the lower side
+        ((0.125, 0.5), -0.125, (-1, 0)),
+        ((-3.0, 0.5), 3.0, (-1, 0)),  # beside a side
+        ((1.0, 1.25), 0.25, (0, 1)),
+        ((5.0, 5.0), 5.0, (0.6, 0.8)),  # (3, 4) from a corner
+        ((-0.6, -0.8), 1.0, (-0.6, -0.8)),
+        ((1.0, 0.0), 0.0, (0, -1)),  # on a side
+    ],
+)
+def test_signed_distance_is_worked_by_hand_around_a_rectangle(
+    point, distance, gradient
+):
+    value, slope = signed_distance(SQUARE, np.array(point))
+    np.testing.assert_allclose(value, [distance], atol=1e-15)
+    np.testing.assert_allclose(slope, [gradient], atol=1e-15)
+
+
+def test_signed_distance_is_zero_with_a_unit_gradient_at_a_corner():
+    for corner in SQUARE:
+        value, slope = signed_distance(SQUARE, corner)
+        np.testing.assert_array_equal(value, [0.0])
+        assert np.linalg.norm(slope) == pytest.approx(1)
+
+
+@given(st.integers(0, 10**6))
+def test_signed_distance_is_shapelys_and_inside_minus_that_to_the_edge(seed):
+    rng = np.random.default_rng(seed)
+    polygon = convex_polygon(rng, int(rng.integers(3, 12)))
+    shape = shapely.Polygon(polygon)
+    for point in rng.uniform(-1.5, 1.5, (10, 2)):
+        away = shapely.distance(shape, shapely.Point(point))
+        depth = shapely.distance(shape.exterior, shapely.Point(point))
+        (value,), _ = signed_distance(polygon, point)
+        assert value == pytest.approx(away or -depth, abs=1e-12)
+
+
+@given(st.integers(0, 10**6))
+def test_gradient_of_signed_distance_is_that_of_central_differences(seed):
+    rng = np.random.default_rng(seed)
+    polygon = convex_polygon(rng, int(rng.integers(3, 12)))
+    step = 1e-6
+    for point in rng.uniform(-1.5, 1.5, (10, 2)):
+        _, gradient = signed_distance(polygon, point)
+        assert np.linalg.norm(gradient) == pytest.approx(1)
+        around = [
+            [signed_distance(polygon, point + s * e) for s in (step, -step)]
+            for e in np.eye(2)
+        ]
+        if any(gradient[0] @ g[0] < 0.9 for pair in around for _, g in pair):
+            continue  # A crease, where it has no gradient, is between them.
+        difference = [(a[0] - b[0]) / (2 * step) for (a, _), (b, _) in around]
+        np.testing.assert_allclose(gradient[0], difference, atol=1e-3)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from drake_mobarm.exceptions import ParameterError, require
 from drake_mobarm.geometry import Array, wrap_angle
+from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.robot.arm_kinematics import (
     SOLUTIONS,
@@ -109,6 +110,7 @@ def score_places(
     target: ToolTarget,
     places: ArrayLike,
     heading: float | None = None,
+    surroundings: Surroundings | None = None,
 ) -> PlaceScores:
     """Scores places to stand, all solutions of the arm at each.
 
@@ -120,6 +122,8 @@ def score_places(
         places: p_WB of the base [m], (n, 2).
         heading: of the base [rad]; None where it may choose, and the waist
             may then be anywhere.
+        surroundings: what the arm must not touch: solutions that do are left
+            out; None for the dissertation's map, which does not look.
 
     Raises:
         ParameterError: a value is out of its range.
@@ -140,6 +144,14 @@ def score_places(
     if heading is not None:
         q[waist_at(arm, q[..., 0], heading)[1]] = np.nan
     solved = ~np.isnan(q[..., 0])
+    if surroundings is not None:
+        place, solution = np.nonzero(solved)
+        p_WA = np.column_stack(
+            [p_WB[place], np.full(len(place), ARM_BASE_HEIGHT)]
+        )
+        hit = surroundings.touched(arm, p_WA, q[place, solution])
+        q[place[hit], solution[hit]] = np.nan
+        solved[place[hit], solution[hit]] = False
     j[solved] = objective.scores(q[solved]).objective
     return PlaceScores(p_WB, q, j)
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.placement.best_stand import Stand, find_best_stand
+from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import FreeGrid
 from drake_mobarm.placement.objective import PlacementObjective
@@ -58,6 +59,7 @@ def plan_stand(
     free: FreeSpace,
     grid: FreeGrid,
     heading: float | None = None,
+    surroundings: Surroundings | None = None,
 ) -> Placement:
     """Maps the objective over a grid and finds the best stand.
 
@@ -67,9 +69,14 @@ def plan_stand(
         free: where the base may be.
         grid: squares of that.
         heading: of the base [rad]; None where it may choose.
+        surroundings: what the arm must not touch; None not to look.
     """
-    scored = score_places(objective, target, grid.centres, heading)
-    stand, reason = find_best_stand(objective, target, free, scored, heading)
+    scored = score_places(
+        objective, target, grid.centres, heading, surroundings
+    )
+    stand, reason = find_best_stand(
+        objective, target, free, scored, heading, surroundings
+    )
     best = scored.best
     squares = np.argsort(best, kind="stable")[: np.sum(~np.isnan(best))]
     return Placement(

@@ -7,6 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_mobarm.geometry import Array
+from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import FreeGrid
 from drake_mobarm.placement.objective import PlacementObjective
@@ -47,6 +48,7 @@ class StandPlanner(LeafSystem):
         free: where the base may be.
         grid: squares of that.
         heading: of the base [rad]; None where it may choose.
+        surroundings: what the arm must not touch; None not to look.
         threshold: how far the estimate has to move for a new plan [m].
         rate: looks at the estimate a second [Hz].
         delay: after the estimator's updates [s].
@@ -63,6 +65,7 @@ class StandPlanner(LeafSystem):
         free: FreeSpace,
         grid: FreeGrid,
         heading: float | None,
+        surroundings: Surroundings | None,
         threshold: float,
         rate: float,
         delay: float,
@@ -71,7 +74,8 @@ class StandPlanner(LeafSystem):
         self._objective = objective
         self._height, self._approach = height, approach
         self._free, self._grid = free, grid
-        self._heading, self._threshold = heading, threshold
+        self._heading, self._surroundings = heading, surroundings
+        self._threshold = threshold
         self._make_target(np.zeros(2))  # Raises now rather than later.
         self._target = self.DeclareVectorInputPort(
             "estimated_target", size(TargetEstimate)
@@ -104,6 +108,7 @@ class StandPlanner(LeafSystem):
             self._free,
             self._grid,
             self._heading,
+            self._surroundings,
         )
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patches import Polygon
 
 from drake_mobarm.geometry import Array
 from drake_mobarm.placement.planner import Placement
@@ -18,10 +19,11 @@ from drake_mobarm.report.floor_plan import (
     draw_robot,
     frame_building,
 )
-from drake_mobarm.report.style import GREEN, ORANGE, STYLE
+from drake_mobarm.report.style import GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.scenario import PlacementScenario
+from drake_mobarm.scenario import ROBOT_HEIGHTS, PlacementScenario
 from drake_mobarm.simulation import Result
+from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.sdf import load_world
 
 # Characters that fit in the figure's width.
@@ -55,6 +57,13 @@ def draw_map(result: Result) -> Figure:
             plan, world, np.array([scenario.start[:2], scenario.target[:2]])
         )
         x, y, z = scenario.target
+        # What the base passes under and the arm does not.
+        for shape in outlines(
+            world.obstacles, ROBOT_HEIGHTS[1], max(z, ROBOT_HEIGHTS[1]) + 0.2
+        ):
+            close.add_patch(
+                Polygon(shape, fill=False, color=GREY, lw=0.8, ls="--")
+            )
         close.set_xlim(x - _CLOSE, x + _CLOSE)
         close.set_ylim(y - _CLOSE, y + _CLOSE)
         close.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncols=3)

@@ -134,19 +134,22 @@ class ArmKinematics:
         return X_BT.reshape(*batch, 4, 4)
 
     def joint_positions(self, q: ArrayLike) -> Array:
-        """Where the arm is, for drawing.
+        """Where the arm is.
 
         Args:
-            q: joint positions [rad], (6,).
+            q: joint positions [rad], (..., 6).
 
         Returns:
-            In B [m], (5, 3): the base, the shoulder, the elbow, the wrist's
-            centre and the tip.
+            In B [m], (..., 5, 3): the base, the shoulder, the elbow, the
+            wrist's centre and the tip.
         """
-        _, rows = _flatten(q, (JOINTS,), "q")
-        _, points = self._chain(rows[:1].T)
-        corners = [points[i] for i in (0, 1, 2, 4, 6)]
-        return np.concatenate(corners, axis=1).T
+        batch, rows = _flatten(q, (JOINTS,), "q")
+        corners = np.empty((len(rows), 5, 3))
+        for part in _chunks(len(rows)):
+            _, points = self._chain(rows[part].T)
+            for i, frame in enumerate((0, 1, 2, 4, 6)):
+                corners[part, i] = points[frame].T
+        return corners.reshape(*batch, 5, 3)
 
     def jacobian(self, q: ArrayLike) -> Array:
         """Geometric Jacobian at the tool's tip.

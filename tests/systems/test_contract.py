@@ -98,7 +98,7 @@ MAKE = {
     RobotPoser: lambda: RobotPoser(make_plant()),
     StandPlanner: lambda: StandPlanner(
         PlacementObjective(ArmKinematics(), ObjectiveParameters()),
-        *(0.5, [0.0, 0.0, -1.0], FREE, GRID, None, 0.05, 10.0, 0.01),
+        *(0.5, [0.0, 0.0, -1.0], FREE, GRID, None, None, 0.05, 10.0, 0.01),
     ),
     StraightToTarget: StraightToTarget,
 }

@@ -48,9 +48,10 @@ def _judge_homing(
 
 def _stage_placement(meshcat: Meshcat, scenario: PlacementScenario) -> None:
     # From where the tool comes, and a little aside, to see the arm.
-    target, (a_x, a_y, _) = np.array(scenario.target), scenario.approach
-    back = np.array([-a_x, -a_y]) if np.hypot(a_x, a_y) > 0.1 else [0.0, -1.0]
-    back = np.array(back) / np.hypot(*back)
+    target = np.array(scenario.target)
+    back = -np.array(scenario.approach[:2])
+    level = np.hypot(*back)
+    back = back / level if level > 0.1 else np.array([0.0, -1.0])
     aside = np.array([-back[1], back[0]])
     light_stage(meshcat)
     meshcat.SetCameraPose(

@@ -26,7 +26,7 @@ from drake_mobarm.robot import (
     ArmKinematics,
     ArmParameters,
 )
-from drake_mobarm.robot.arm_kinematics import _CHUNK
+from drake_mobarm.robot.batches import CHUNK
 from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
@@ -751,14 +751,14 @@ def test_tools_along_the_axes_are_solved_wherever_they_are():
 
 
 @pytest.mark.parametrize(
-    "n", [0, 1, 2, *(m * _CHUNK + k for m in (1, 2) for k in (-1, 0, 1))]
+    "n", [0, 1, 2, *(m * CHUNK + k for m in (1, 2) for k in (-1, 0, 1))]
 )
 def test_batch_is_its_poses_one_by_one(n):
     q = random_q(WIDOWX_250, n)
     X_BT = pose(WIDOWX_250, q)
     solutions = WIDOWX.inverse(X_BT)
     assert solutions.shape == (n, 8, 6)
-    some = {i for i in (0, 1, n // 2, _CHUNK - 1, _CHUNK, n - 1) if 0 <= i < n}
+    some = {i for i in (0, 1, n // 2, CHUNK - 1, CHUNK, n - 1) if 0 <= i < n}
     for i in some:
         alone = WIDOWX.inverse(X_BT[i])
         assert alone.shape == (8, 6)

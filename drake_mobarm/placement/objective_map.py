@@ -9,12 +9,10 @@ from drake_mobarm.exceptions import ParameterError, require
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.objective import PlacementObjective
-from drake_mobarm.robot.arm_kinematics import (
-    SOLUTIONS,
-    ArmKinematics,
-    check_directions,
-)
+from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.arm_parameters import JOINTS
+from drake_mobarm.robot.arm_solver import SOLUTIONS
+from drake_mobarm.robot.batches import check_directions
 
 ARM_BASE_HEIGHT = 0.2965
 """Of the arm's base over the floor [m], in the axle's middle, as the base."""

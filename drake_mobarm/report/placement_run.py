@@ -51,8 +51,7 @@ def draw_map(result: Result) -> Figure:
             _draw_target(axes, scenario)
         if placement.stand is not None:
             _draw_arm(close, placement)
-        if scenario.world != "empty":
-            draw_robot(plan, np.array(scenario.start), "start")
+        draw_robot(plan, np.array(scenario.start), "start")
         frame_building(
             plan, world, np.array([scenario.start[:2], scenario.target[:2]])
         )

@@ -7,7 +7,7 @@ space and from 0.1 to 0.95 m high, approaches evenly over those not from below.
 A target counts when the dense search, over all free places of a 1 cm lattice
 and all solutions of the arm, finds a place for it. Twice: for the arm as its
 kinematics has it, which is the dissertation's, and for an arm that must keep
-out of furniture, floor and chassis. One core.
+out of furniture and off the robot. One core.
 """
 
 import argparse
@@ -256,7 +256,7 @@ def main() -> None:
         held = ", ".join(f"{n} by {x}" for x, n in holders(part).most_common())
         lines += [
             "",
-            "The arm kept out of furniture, floor and chassis:"
+            "The arm kept out of furniture and off the robot:"
             if collisions
             else "The arm's kinematics alone:",
             "",

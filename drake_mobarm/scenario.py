@@ -134,8 +134,8 @@ class PlacementScenario:
         approach: the tool's x axis in W, a unit vector.
         heading: of the base at the stand [rad], one number; empty where it
             may choose.
-        avoid_collisions: whether the arm keeps out of furniture and its
-            own chassis; the dissertation's map does not look.
+        avoid_collisions: whether the arm keeps out of furniture and off the
+            robot itself; the dissertation's map does not look.
         grid: `optimised` (4.3.3) or `plain` squares.
         grid_size: edge length of a square [m].
         replan_distance: how far the target has to move for a new plan [m].
@@ -160,6 +160,12 @@ class PlacementScenario:
     def __post_init__(self) -> None:
         _require_pose(self.start)
         ToolTarget(position=self.target, approach=self.approach)
+        require(
+            max(map(abs, self.target)) <= 1000,
+            "target",
+            self.target,
+            "within 1000 m of W's origin",
+        )
         PlacementObjective(ArmKinematics(), self.objective)
         require(
             len(self.heading) <= 1 and bool(np.isfinite(self.heading).all()),
@@ -217,7 +223,7 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     for override in overrides:
         _override(values, override)
     kind = values.get("diagram")
-    if kind not in SCENARIO_TYPES:
+    if not isinstance(kind, str) or kind not in SCENARIO_TYPES:
         raise ScenarioError(
             f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
         )

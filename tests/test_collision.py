@@ -6,6 +6,7 @@ import pytest
 from drake_mobarm.placement.collision import (
     CHASSIS_RADIUS,
     CHASSIS_TOP,
+    GRIPPER,
     LINK_RADIUS,
     TIP_LENGTH,
     Surroundings,
@@ -113,7 +114,7 @@ def test_forearm_and_hand_keep_off_the_robots_own_chassis():
 def test_random_arms_and_boxes_agree_with_the_distance_of_their_lines():
     rng = np.random.default_rng(0)
     hits = clear = 0
-    for _ in range(400):
+    for _ in range(1500):
         q = rng.uniform(ARM.lower, ARM.upper)
         corners = ARM.joint_positions(q) + BASE
         beside = corners[rng.integers(1, 5)] + rng.normal(scale=0.15, size=3)
@@ -121,14 +122,20 @@ def test_random_arms_and_boxes_agree_with_the_distance_of_their_lines():
         low, high = beside - size / 2, beside + size / 2
         free_hand = (ARM.hand - TIP_LENGTH) / ARM.hand
         end = corners[3] + free_hand * (corners[4] - corners[3])
+        # The shoulder itself stands on the waist's column, and has no ball.
+        corners[1] += 0.12 * (corners[2] - corners[1])
         line = np.concatenate(
             [
                 np.linspace(a, b, 60)
                 for a, b in (corners[1:3], corners[2:4], (corners[3], end))
             ]
         )
-        if line[:, 2].min() < 0.4:
-            continue  # The chassis has a say there.
+        if touched([], q):
+            continue  # The robot itself is in the way.
+        X_AT = ARM.forward(q)
+        gripper = corners[3] + 0.0955 * X_AT[:3, 0]
+        side = GRIPPER[1] * X_AT[:3, 1]
+        line = np.vstack([line, gripper + side, gripper - side])
         outside = np.maximum(np.maximum(low - line, line - high), 0)
         distance = np.linalg.norm(outside, axis=1).min()
         hit = touched([box(low, high)], q)
@@ -141,6 +148,65 @@ def test_random_arms_and_boxes_agree_with_the_distance_of_their_lines():
             clear += 1
     assert hits > 20
     assert clear > 100
+
+
+def test_a_forearm_on_the_chassis_edge_is_touched():
+    # Upper arm level, forearm down past the edge, hand level again: only the
+    # forearm comes near, from 0.255 m out at 0.41 m height to 0.36 m at 0.18 m.
+    q = np.array([0.0, 1.37436, -0.236, 0.0, -1.138, 0.0])
+    corners = ARM.joint_positions(q) + BASE
+    assert corners[2, 0] == pytest.approx(0.255, abs=0.001)
+    assert corners[3, 0] > CHASSIS_RADIUS + 2 * LINK_RADIUS
+    assert corners[4, 2] == pytest.approx(corners[3, 2], abs=0.001)
+    assert touched([], q)
+    # With the forearm level it is clear.
+    assert not touched([], [0.0, 1.37436, -1.37436, 0.0, 0.0, 0.0])
+
+
+def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
+    for p_AT, a_A in (
+        ([0.0, 0.0, 0.1], [1.0, 0.0, 0.0]),  # The tip inside the column.
+        ([0.0, 0.0, 0.25], [0.6, 0.0, -0.8]),
+    ):
+        q = ARM.inverse_axis(p_AT, a_A)
+        q = q[~np.isnan(q[:, 0])]
+        assert len(q)
+        hit = Surroundings([]).touched(ARM, np.tile(BASE, (len(q), 1)), q)
+        segments = ARM.joint_positions(q)
+        # The upper arm leaves the shoulder: a tip within 5 cm of the line.
+        a, b = segments[:, 1], segments[:, 2]
+        share = np.sum((p_AT - a) * (b - a), 1) / np.sum((b - a) ** 2, 1)
+        line = a + np.clip(share, 0, 1)[:, None] * (b - a)
+        near = np.linalg.norm(p_AT - line, axis=1) < 0.05
+        assert hit[near].all()
+        if p_AT[2] < 0.13:
+            assert hit.all()
+
+
+def model_shapes():
+    model = ElementTree.parse(MODELS / "mobile_arm.urdf")
+    for link in model.iter("link"):
+        for collision in link.iter("collision"):
+            yield link.attrib["name"], collision
+
+
+def test_the_balls_are_as_thick_as_the_models_links():
+    found = 0
+    for link, collision in model_shapes():
+        for shape in collision.iter():
+            if shape.tag.endswith("capsule") and link != "base":
+                assert float(shape.attrib["radius"]) <= LINK_RADIUS
+                assert float(shape.attrib["radius"]) > LINK_RADIUS - 0.02
+                found += 1
+    assert found == 4
+    (box,) = (
+        c.find("geometry/box")
+        for _, c in model_shapes()
+        if c.attrib["name"] == "gripper"
+    )
+    half_width = float(box.attrib["size"].split()[1]) / 2
+    assert half_width <= GRIPPER[1] + LINK_RADIUS
+    assert half_width > GRIPPER[1] + LINK_RADIUS - 0.025
 
 
 def test_the_chassis_is_that_of_the_model():

@@ -330,3 +330,10 @@ def test_place_of_columns_out_of_range_is_refused(name, values):
 def test_search_of_no_size_is_refused(name, value):
     with pytest.raises(ParameterError, match=f"{name} is"):
         optimise_grid(hall(1, 1), 0.5, **{name: value})
+
+
+def test_a_map_of_too_many_squares_is_refused_in_one_line():
+    free = hall(300, 300)
+    for make in (plain_grid, optimise_grid):
+        with pytest.raises(ParameterError, match=r"size.*0\.3 m or more"):
+            make(free, 0.1)

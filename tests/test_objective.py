@@ -270,7 +270,8 @@ def scores_by_drake(plant, q, p, payload_force=0.0):
     S_p = sigma * length(J_v, p.position_axes, p.position_axis_weights)
     S_r = sigma * length(J_w, p.attitude_axes, p.attitude_axis_weights)
     j = p.torque_weight * T + p.position_weight * S_p + p.attitude_weight * S_r
-    return Scores(T, S_p, S_r, sigma, j)
+    load = max(abs(tau) / np.array(WIDOWX_250.torque_limit))
+    return Scores(T, S_p, S_r, sigma, j, load)
 
 
 @pytest.mark.parametrize("parameters", [PLAIN, ODD], ids=["plain", "odd"])
@@ -358,10 +359,12 @@ def test_derivative_of_the_torque_part_is_that_of_central_differences(seed):
     tau = ARM.holding_torque(q, ODD.payload)
     assume(np.abs(np.abs(tau) - (ARM.torque_limit - 0.01)).min() > 1e-3)
     value, slope = objective.torque_and_derivative(q)
-    assert value == objective.torque(q)
-    np.testing.assert_allclose(
-        slope, central(objective.torque, q), rtol=1e-4, atol=1e-5
-    )
+
+    def torque(q):
+        return objective.scores(q).torque
+
+    assert value == torque(q)
+    np.testing.assert_allclose(slope, central(torque, q), rtol=1e-4, atol=1e-5)
 
 
 def test_derivative_of_the_torque_part_takes_batches():
@@ -379,7 +382,7 @@ def test_other_arms_are_scored_by_their_own_torque_limits():
     weak = replace(APPENDIX_C, torque_limit=[4.1, 3.0, 3.0, 4.1, 4.1, 1.5])
     q = np.array([0.1, 0.7, -0.6, 0.2, 0.9, 0.3])
     strong_T, weak_T = (
-        PlacementObjective(ArmKinematics(arm), PLAIN).torque(q)
+        PlacementObjective(ArmKinematics(arm), PLAIN).scores(q).torque
         for arm in (APPENDIX_C, weak)
     )
     assert weak_T > strong_T

@@ -137,6 +137,13 @@ def test_bad_values_are_named(override, error, names):
         ("replan_distance=-1", ParameterError, ["replan_distance", "-1"]),
         ("start=[-6.0, 2.0, 0]", ScenarioError, ["start", "inside"]),
         ("beacon=[1, 2]", ScenarioError, ["beacon", "target"]),
+        ("diagram=[placement]", ScenarioError, ["diagram", "homing"]),
+        ("target=[1e200, 0, 0.5]", ParameterError, ["target", "1000 m"]),
+        (
+            "objective.torque_weight=1e-300",
+            ParameterError,
+            ["torque_weight", "1e-6 to 1e6"],
+        ),
         (
             "objective.torque_shape=[4, 8.2, 8.2, 4.1, 4.1, 1.5]",
             ParameterError,

@@ -32,7 +32,6 @@ from drake_mobarm.placement.stand_program import (
     StandProgram,
     turns_freely,
 )
-from drake_mobarm.world.obstacles import signed_distance
 
 # Distance of the places that are tried besides the map's squares [m].
 _SPACING = 0.025
@@ -101,9 +100,7 @@ def find_best_stand(
         says what it is; or None, and why nothing is reachable.
     """
     # Of the obstacles only those that a place within reach can be near.
-    room = (
-        objective.arm.reach + _SPACING + free.clearance + np.sqrt(2) * MAX_MOVE
-    )
+    room = objective.arm.reach + _SPACING + np.sqrt(2) * MAX_MOVE
     near = free.obstacles_near(target.p_WT[:2], room)
     free = replace(free, obstacles=tuple(near))
     score = functools.partial(
@@ -263,9 +260,8 @@ def _make_stand(
         if abs(q[i] - limit[i]) < _ACTIVE
     ]
     near = [
-        f"{name}, {free.clearance:.2f} m away"
-        for name, outline in free.obstacles_near(place, 2 * free.clearance)
-        if signed_distance(outline, place)[0] < free.clearance + _ACTIVE
+        f"{name}, {free.radius:.2f} m away"
+        for name, _ in free.obstacles_near(place, _ACTIVE)
     ]
     active += near
     distance = float(np.hypot(*(target.p_WT[:2] - place)))
@@ -315,7 +311,7 @@ def _explain(
             f"the wrist's centre would be {abs(rise):.2f} m {side} the "
             f"shoulder, and reaches {arm.reach - arm.hand:.2f} m"
             if beyond
-            else "none is within the joints' limits"
+            else "none is within the joints' limits and torques"
         )
     usable = int(np.sum(reached & free))
     if usable:

@@ -3,7 +3,8 @@
 The dissertation's map knows the arm only by its kinematics, and may put the
 robot under a table that its arm goes through, or onto its own target. Here
 links are rows of balls, which have to keep out of the furniture and of the
-robot's own chassis. The floor needs no check: the chassis is in the way of
+robot's own chassis; forearm and hand keep off the waist's column, and the hand
+off the upper arm. The floor needs no check: the chassis is in the way of
 whatever would come down to it.
 """
 
@@ -24,12 +25,21 @@ CHASSIS_RADIUS = 0.27
 CHASSIS_TOP = 0.2965
 """Its height over the floor [m]."""
 
-LINK_RADIUS = 0.035
-"""Of the balls along the arm's links [m]."""
+LINK_RADIUS = 0.04
+"""Of the balls along the arm's links: the thickest, and 1 cm to be safe [m]."""
+
+GRIPPER = (0.0955, 0.042)
+"""Where two more balls stand for the gripper's width: from the wrist's centre
+along the approach, and to either side along the tool's y axis [m]."""
+
+COLUMN = (0.05, 0.132)
+"""Radius and height over the arm's base of the waist's column [m]."""
 
 TIP_LENGTH = 0.06
 """The last of the hand, which may touch what the tool works on [m]."""
 
+# The corner of `joint_positions` that each link begins at.
+_UPPER_ARM, _FOREARM, _HAND = 1, 2, 3
 # Balls along a link are at most this far apart [m].
 _SPACING = 0.04
 
@@ -58,14 +68,9 @@ class Surroundings:
             q: joint positions [rad], (n, 6).
         """
         base = np.asarray(p_WA, dtype=float)
-        balls_A, chassis, world = _balls(arm, q)
+        balls_A, link, world = _balls(arm, q)
         balls = balls_A + base[:, None]
-        # Above the chassis, or beside it.
-        low = balls[..., 2] < CHASSIS_TOP + LINK_RADIUS
-        near = np.hypot(balls_A[..., 0], balls_A[..., 1]) < (
-            CHASSIS_RADIUS + LINK_RADIUS
-        )
-        hit = np.any(low & near & chassis, axis=1)
+        hit = _touches_itself(arm, q, balls_A, link)
         # Only what comes near any ball, and only balls that come near it.
         points = balls[:, world]
         if not points.size:
@@ -98,22 +103,57 @@ def _planes(corners: Array) -> tuple[Array, Array]:
     return sides[:, :3], sides[:, 3]
 
 
+def _touches_itself(
+    arm: ArmKinematics, q: ArrayLike, balls: Array, link: NDArray[np.int_]
+) -> NDArray[np.bool_]:
+    """Whether forearm or hand meet the chassis, or what carries them, (n,)."""
+    outwards = np.hypot(balls[..., 0], balls[..., 1])
+    # The chassis ends where the arm's base begins.
+    gap = np.hypot(
+        np.maximum(outwards - CHASSIS_RADIUS, 0), np.maximum(balls[..., 2], 0)
+    )
+    radius, height = COLUMN
+    column = np.hypot(
+        np.maximum(outwards - radius, 0), np.maximum(balls[..., 2] - height, 0)
+    )
+    carried = link > _UPPER_ARM
+    hit = np.any((np.minimum(gap, column) < LINK_RADIUS) & carried, axis=1)
+    corners = arm.joint_positions(q)
+    start, upper_arm = corners[:, 1, None], corners[:, 2] - corners[:, 1]
+    to_ball = balls[:, link == _HAND] - start
+    share = np.einsum("nki,ni->nk", to_ball, upper_arm) / np.sum(
+        upper_arm**2, axis=1, keepdims=True
+    )
+    share = np.clip(share, 0, 1)[..., None]
+    away = np.linalg.norm(to_ball - share * upper_arm[:, None], axis=2)
+    hit |= np.any(away < 2 * LINK_RADIUS, axis=1)
+    return np.asarray(hit)
+
+
 def _balls(
     arm: ArmKinematics, q: ArrayLike
-) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Centres in A [m], (n, k, 3), and which mind the chassis, the world."""
+) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
+    """Centres in A [m], (n, k, 3), their links, and which mind the world."""
     corners = arm.joint_positions(q)
     links = np.diff(arm.joint_positions(np.zeros(JOINTS)), axis=0)
     shares, starts = [], []
-    for link in (1, 2, 3):
+    for link in (_UPPER_ARM, _FOREARM, _HAND):
         length = float(np.linalg.norm(links[link]))
         count = int(np.ceil(length / _SPACING))
         shares.append(np.arange(1, count + 1) / count)
         starts.append(np.full(count, link))
     share, start = np.concatenate(shares), np.concatenate(starts)
     a, b = corners[:, start], corners[:, start + 1]
-    balls = a + share[:, None] * (b - a)
-    # The upper arm stands on the chassis.
-    chassis = start > 1
-    world = ~((start == 3) & ((1 - share) * arm.hand < TIP_LENGTH))
-    return balls, chassis, world
+    along, aside = GRIPPER
+    X_AT = arm.forward(q)
+    middle = corners[:, 3] + along * X_AT[:, :3, 0]
+    sides = [middle + s * aside * X_AT[:, :3, 1] for s in (1, -1)]
+    balls = np.concatenate(
+        [a + share[:, None] * (b - a), np.stack(sides, axis=1)], axis=1
+    )
+    world = ~((start == _HAND) & ((1 - share) * arm.hand < TIP_LENGTH))
+    return (
+        balls,
+        np.concatenate([start, [_HAND, _HAND]]),
+        np.concatenate([world, [True, True]]),
+    )

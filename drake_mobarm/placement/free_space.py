@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
+from shapely.geometry.polygon import orient
 
 from drake_mobarm.exceptions import require
 from drake_mobarm.geometry import Array
@@ -17,7 +18,6 @@ from drake_mobarm.world.sdf import World
 
 _MARGIN = 1.0
 _DISC_SIDES = 32
-_DISC_INSIDE = float(np.cos(np.pi / _DISC_SIDES))
 _RASTER = 1e-9
 """Of the polygon's corners [m]. Without one, shapely's union of polygons
 whose sides all but coincide may silently lose one of them."""
@@ -31,13 +31,13 @@ class FreeSpace:
 
     Attributes:
         polygon: in W [m], with a hole for each obstacle that stands free.
-        clearance: a place this far from every obstacle [m], and connected,
-            is in the polygon.
-        obstacles: name and convex outline in W [m], (k_i, 2), of each.
+        radius: the robot's [m].
+        obstacles: name of each, and its convex outline grown by the radius,
+            counter-clockwise in W [m], (k_i, 2).
     """
 
     polygon: shapely.Polygon
-    clearance: float = 0.0
+    radius: float = 0.0
     obstacles: tuple[tuple[str, Array], ...] = ()
 
     def __post_init__(self) -> None:
@@ -91,9 +91,8 @@ class FreeSpace:
                 bounds,
                 "a low corner and a higher one [m]",
             )
-        blocked = shapely.union_all(
-            [_grown(o, radius) for o in outlines], grid_size=_RASTER
-        )
+        grown = [_grown(o, radius) for o in outlines]
+        blocked = shapely.union_all(grown, grid_size=_RASTER)
         floor = shapely.difference(
             shapely.box(*limits.ravel()), blocked, grid_size=_RASTER
         )
@@ -109,11 +108,11 @@ class FreeSpace:
             f"a place within the bounds, {radius:g} m clear of obstacles",
         )
         named = names or [f"obstacle {i}" for i in range(len(outlines))]
-        return cls(
-            parts[0],
-            radius / _DISC_INSIDE,
-            tuple(zip(named, outlines, strict=True)),
-        )
+        shapes = [
+            shapely.get_coordinates(orient(shape).exterior)[:-1]
+            for shape in grown
+        ]
+        return cls(parts[0], radius, tuple(zip(named, shapes, strict=True)))
 
     @classmethod
     def of_world(
@@ -172,7 +171,7 @@ class FreeSpace:
     def obstacles_near(
         self, place: Array, distance: float
     ) -> list[tuple[str, Array]]:
-        """Those whose outline comes within a distance [m] of a place, (2,)."""
+        """Those whose grown outline is within a distance [m] of a place."""
         return [
             (name, shape)
             for name, shape in self.obstacles
@@ -202,7 +201,7 @@ def _grown(shape: Array, radius: float) -> shapely.Geometry:
     Sides along the axes, which most walls have, move by just the radius.
     """
     turn = 2 * np.pi * (np.arange(_DISC_SIDES) + 0.5) / _DISC_SIDES
-    reach = radius / _DISC_INSIDE
+    reach = radius / np.cos(np.pi / _DISC_SIDES)
     disc = reach * np.column_stack([np.cos(turn), np.sin(turn)])
     sums = (np.asarray(shape)[:, None] + disc).reshape(-1, 2)
     return shapely.convex_hull(shapely.multipoints(sums))

@@ -21,6 +21,7 @@ from drake_mobarm.placement.free_space import FreeSpace
 
 _TOUCH = 1e-9  # [m]: rounding; what overlaps by less only touches.
 _TINY = 1e-200
+_MOST_SQUARES = 1e6
 _CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
@@ -69,7 +70,7 @@ def plain_grid(free: FreeSpace, size: float) -> FreeGrid:
     Raises:
         ParameterError: the size is not positive.
     """
-    _require_size(size)
+    _require_size(free, size)
     gaps = _find_gaps(free.sides(), size, 0.0, 0.0)
     heights = np.full(len(gaps.low), free.polygon.bounds[1])
     return _fill(free, size, 0.0, 0.0, gaps, heights)
@@ -89,7 +90,7 @@ def grid_at(
     Raises:
         ParameterError: a value is out of its range.
     """
-    _require_size(size)
+    _require_size(free, size)
     require(
         0 <= orientation <= math.pi / 2,
         "orientation",
@@ -125,7 +126,7 @@ def optimise_grid(
     Raises:
         ParameterError: a value is out of its range.
     """
-    _require_size(size)
+    _require_size(free, size)
     require(population >= 3, "population", population, "at least 3")
     require(generations >= 0, "generations", generations, "at least 0")
     sides = free.sides()
@@ -169,8 +170,15 @@ class _Gaps:
     high: Array
 
 
-def _require_size(size: float) -> None:
+def _require_size(free: FreeSpace, size: float) -> None:
     require(0 < size < math.inf, "size", size, "a length above 0 [m]")
+    least = math.sqrt(free.area / _MOST_SQUARES)
+    require(
+        size >= least,
+        "size",
+        size,
+        f"{least:.2g} m or more for a map with {free.area:.0f} m^2 of floor",
+    )
 
 
 def _find_gaps(

@@ -11,7 +11,8 @@ def placement_metrics(placement: Placement) -> dict[str, float]:
 
     Returns:
         Place and joints of the stand; the objective (4.12) and its parts,
-        as (4.3), (4.9), (4.10) and (4.11) define them; the best square's
+        as (4.3), (4.9), (4.10) and (4.11) define them; the largest holding
+        torque of a joint over its limit; the best square's
         objective; how many squares there are and are attractive, and the
         share of free space that they cover.
     """
@@ -33,6 +34,7 @@ def placement_metrics(placement: Placement) -> dict[str, float]:
         ("position_sensitivity_m_per_rad", "position"),
         ("attitude_sensitivity", "attitude"),
         ("singularity_factor", "singularity"),
+        ("largest_load", "load"),
     ):
         metrics[name] = (
             np.nan if stand is None else float(getattr(stand.scores, part))

@@ -22,6 +22,9 @@ ARM_BASE_HEIGHT = 0.2965
 class ToolTarget:
     """Where the tool's tip has to be, and how it has to come there.
 
+    Appendix C takes a whole orientation; here the tool's roll about its
+    approach is open, and the sixth joint stays at 0.
+
     Attributes:
         position: p_WT [m], (3,), not below the floor.
         approach: the tool's x axis in W, a unit vector, (3,).
@@ -112,7 +115,8 @@ def score_places(
 ) -> PlaceScores:
     """Scores places to stand, all solutions of the arm at each.
 
-    Places farther than the arm reaches are not worked out.
+    Places farther than the arm reaches are not worked out. Solutions that the
+    motors cannot hold are left out, as 4.3.1.1 asks.
 
     Args:
         objective: what counts.
@@ -150,7 +154,10 @@ def score_places(
         hit = surroundings.touched(arm, p_WA, q[place, solution])
         q[place[hit], solution[hit]] = np.nan
         solved[place[hit], solution[hit]] = False
-    j[solved] = objective.scores(q[solved]).objective
+    scores = objective.scores(q[solved])
+    held = scores.load <= 1
+    j[solved] = np.where(held, scores.objective, np.nan)
+    q[~np.isfinite(j)] = np.nan
     return PlaceScores(p_WB, q, j)
 
 

@@ -115,11 +115,10 @@ class StandProgram:
             np.minimum(corners[1] - _MARGIN, start + MAX_MOVE),
             self._place,
         )
-        room = free.clearance + np.sqrt(2) * MAX_MOVE
-        for _, outline in free.obstacles_near(start, room):
+        for _, outline in free.obstacles_near(start, np.sqrt(2) * MAX_MOVE):
             program.AddConstraint(
                 _differentiated(_distance_to(outline)),
-                [free.clearance + _MARGIN],
+                [_MARGIN],
                 [np.inf],
                 vars=self._place,
             )

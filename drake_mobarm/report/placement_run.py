@@ -70,7 +70,10 @@ def draw_map(result: Result) -> Figure:
         close.set_title(f"target at {z:.2f} m", loc="left")
         if len(placement.squares):
             bar = figure.colorbar(
-                shades, ax=close, label="objective (4.12), less is better"
+                shades,
+                ax=close,
+                label="objective (4.12), less is better",
+                extend="max",
             )
             ticks = _ticks(placement.objective[0])
             bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
@@ -107,7 +110,11 @@ def describe_placement(result: Result) -> list[tuple[str, str]]:
     joints = ", ".join(f"{np.rad2deg(x):.1f}" for x in placement.stand.q)
     return [
         *lines,
-        ("torque score", f"{m['torque_score_n_m']:.3f} N m"),
+        (
+            "torque",
+            f"score {m['torque_score_n_m']:.3f} N m, at most "
+            f"{100 * m['largest_load']:.0f} % of a joint's limit",
+        ),
         (
             "sensitivity",
             f"{m['position_sensitivity_m_per_rad']:.3f} m/rad, "
@@ -169,6 +176,15 @@ def _draw_target(axes: Axes, scenario: PlacementScenario) -> None:
         label="target",
         ls="none",
     )
+    a_x, a_y, _ = scenario.approach
+    if np.hypot(a_x, a_y) > 0.1:  # Else it would be a dot.
+        axes.annotate(
+            "",
+            (x, y),
+            (x - 0.35 * a_x, y - 0.35 * a_y),
+            arrowprops={"arrowstyle": "->", "color": GREEN, "lw": 1.5},
+            zorder=7.5,
+        )
 
 
 def _draw_arm(axes: Axes, placement: Placement) -> None:

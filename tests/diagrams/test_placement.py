@@ -139,6 +139,38 @@ def test_a_lost_estimate_keeps_the_plan():
     assert told[-1][1].x == told[0][1].x
 
 
+def test_a_target_that_is_not_known_is_not_planned_for():
+    # As a broken source might have it: a place, and not known.
+    guess = PiecewisePolynomial.ZeroOrderHold(
+        [0.0, 1.0], np.array([[1, 1], [0, 0], [0, 0]])
+    )
+    told = plan_while(guess, 0.5)
+    assert all(planned == 0 for _, _, planned in told)
+
+
+def test_the_robot_stands_beside_a_low_target_unless_it_does_not_look():
+    low = "target=[1, 0, 0.25]"
+    looks, blind = (
+        run(open_floor(low, f"avoid_collisions={x}")) for x in ("true", "false")
+    )
+    for result, least in ((looks, 0.27), (blind, 0.0)):
+        assert result.success
+        place = [result.metrics["stand_x_m"], result.metrics["stand_y_m"]]
+        distance = np.hypot(place[0] - 1, place[1])
+        assert distance > least
+        assert (distance < 0.27) == (result is blind)
+    assert blind.metrics["objective"] < looks.metrics["objective"]
+
+
+def test_what_the_motors_cannot_hold_is_no_stand():
+    light = run(open_floor("objective.payload=0.25"))
+    assert light.success
+    assert 0 < light.metrics["largest_load"] <= 1
+    heavy = run(open_floor("objective.payload=30"))
+    assert not heavy.success
+    assert "torque" in heavy.reason
+
+
 def test_a_given_heading_is_kept():
     result = run(open_floor("heading=[0.7]"))
     assert result.metrics["stand_yaw_rad"] == pytest.approx(0.7)

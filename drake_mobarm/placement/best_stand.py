@@ -316,8 +316,8 @@ def _explain(
     usable = int(np.sum(reached & free))
     if usable:
         return (
-            f"{where} is in reach from {usable} free places around it, but "
-            "from each the arm would run into furniture or its chassis"
+            f"{where} has {usable} free places around it with a solution of "
+            "the arm, but each runs into furniture or the robot itself"
         )
     return (
         f"{where} could be worked on from {possible} of "

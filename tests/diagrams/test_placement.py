@@ -162,6 +162,13 @@ def test_the_robot_stands_beside_a_low_target_unless_it_does_not_look():
     assert blind.metrics["objective"] < looks.metrics["objective"]
 
 
+def test_links_that_keep_the_robot_from_a_better_stand_are_named():
+    # Slantwise at a low target the hand would meet the chassis.
+    result = run(open_floor("target=[1, 0, 0.2]", "approach=[0.6, 0, -0.8]"))
+    stand = result.outputs["placement"].stand
+    assert any("the arm would touch" in line for line in stand.active)
+
+
 def test_what_the_motors_cannot_hold_is_no_stand():
     light = run(open_floor("objective.payload=0.25"))
     assert light.success

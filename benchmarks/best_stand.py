@@ -11,13 +11,11 @@ out of furniture and off the robot. One core.
 """
 
 import argparse
-import json
 import os
 import platform
 import time
 from collections import Counter
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # One core.
@@ -25,8 +23,9 @@ os.environ["OMP_NUM_THREADS"] = "1"
 
 import numpy as np
 import shapely
+from common import parse, processor, publish, use_one_core
 from grid_coverage import STARTS
-from objective_map import processor, random_target, use_one_core
+from objective_map import random_target
 
 from drake_mobarm.geometry import Array
 from drake_mobarm.placement.best_stand import find_best_stand
@@ -206,15 +205,12 @@ def main() -> None:
     )
     parser.add_argument("--targets", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path, help="a .md; a .json beside it")
-    options = parser.parse_args()
+    options = parse(parser)
     if options.targets < len(STARTS):
         parser.exit(
             2,
             f"--targets is {options.targets}: valid is {len(STARTS)} or more\n",
         )
-    if options.out is not None and not options.out.parent.is_dir():
-        parser.exit(2, f"--out is {options.out}: there is no such folder\n")
     use_one_core()
     objective = PlacementObjective(ArmKinematics(), ObjectiveParameters())
     share, more = divmod(options.targets, len(STARTS))
@@ -265,17 +261,8 @@ def main() -> None:
             f"Drawn until these had a free place: {', '.join(drawn)}. Held: "
             f"{held}.",
         ]
-    print("\n".join(lines))
-    if options.out is not None:
-        options.out.write_text("\n".join(lines) + "\n")
-        measured = {
-            "command": command,
-            "summaries": summaries,
-            "rows": rows,
-        }
-        options.out.with_suffix(".json").write_text(
-            json.dumps(measured, indent=1) + "\n"
-        )
+    measured = {"command": command, "summaries": summaries, "rows": rows}
+    publish(lines, measured, options.out)
 
 
 if __name__ == "__main__":

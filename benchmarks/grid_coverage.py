@@ -8,17 +8,16 @@ searches orientation and offset, too, which takes the seconds told.
 """
 
 import argparse
-import json
 import os
 import platform
 import time
-from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core.
 
 import numpy as np
 import scipy
 import shapely
+from common import parse, publish
 
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import grid_at, optimise_grid, plain_grid
@@ -65,8 +64,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+    options = parse(parser)
     rows = [
         measure(name, size, options.seed) for name in STARTS for size in SIZES
     ]
@@ -90,12 +88,7 @@ def main() -> None:
         f"{r['optimised_squares']} | {r['search_s']:.1f} |"
         for r in rows
     ]
-    print("\n".join(lines))
-    if options.out is not None:
-        options.out.write_text("\n".join(lines) + "\n")
-        options.out.with_suffix(".json").write_text(
-            json.dumps(rows, indent=2) + "\n"
-        )
+    publish(lines, rows, options.out)
 
 
 if __name__ == "__main__":

@@ -14,14 +14,13 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core.
 
-import json
 import platform
 import time
 from collections.abc import Callable
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
+from common import parse, publish
 from pydrake.common import RandomGenerator
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -92,8 +91,7 @@ def main() -> None:
     """Measures, prints and, if asked, writes the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=5)
-    parser.add_argument("--out", type=Path)
-    options = parser.parse_args()
+    options = parse(parser)
     scenario = load_scenario("homing")
     results = [run(scenario) for _ in range(options.runs)]
     seconds = results[0].simulated_s
@@ -124,12 +122,7 @@ def main() -> None:
         f"{1e3 / m['best']:.1f} | {1e3 / m['median']:.1f} |"
         for name, m in measured.items()
     ]
-    print("\n".join(lines))
-    if options.out is not None:
-        options.out.write_text("\n".join(lines) + "\n")
-        options.out.with_suffix(".json").write_text(
-            json.dumps(measured, indent=2) + "\n"
-        )
+    publish(lines, measured, options.out)
 
 
 if __name__ == "__main__":

@@ -20,16 +20,15 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # One core.
 os.environ["OMP_NUM_THREADS"] = "1"
 
-import json
 import platform
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import parse, processor, publish, use_one_core
 from numpy.typing import NDArray
 from pydrake.math import RotationMatrix
 from pydrake.multibody.inverse_kinematics import InverseKinematics
@@ -325,23 +324,12 @@ def singular_rows() -> list[dict[str, Any]]:
     return rows
 
 
-def processor() -> str:
-    """The CPU's model, where the system tells it."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor() or "unknown"
-    models = [line.split(":")[1] for line in lines if line[:10] == "model name"]
-    return models[0].strip() if models else platform.machine()
-
-
 def main() -> None:
     """Measures, prints and, if asked, writes the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--poses", type=int, default=100_000)
     parser.add_argument("--repetitions", type=int, default=7)
-    parser.add_argument("--out", type=Path, help="a .md; a .json beside it")
-    options = parser.parse_args()
+    options = parse(parser)
     if DhRobot is None:
         parser.exit(2, "EAIK is not installed: pip install -e '.[peers]'\n")
     if options.poses < SINGLE_POSES or options.repetitions < 1:
@@ -351,10 +339,7 @@ def main() -> None:
             f"{options.repetitions}: valid is {SINGLE_POSES} or more, and 1 "
             "or more\n",
         )
-    if options.out is not None and not options.out.parent.is_dir():
-        parser.exit(2, f"--out is {options.out}: there is no such folder\n")
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    use_one_core()
     rows = regular_rows(options.poses, options.repetitions)
     singular = singular_rows()
     setting = {
@@ -412,17 +397,12 @@ def main() -> None:
         f"{row['poses_without']} |"
         for row in singular
     ]
-    print("\n".join(lines))
-    if options.out is not None:
-        options.out.write_text("\n".join(lines) + "\n")
-        measured = {
-            "setting": setting,
-            "regular": [asdict(row) for row in rows],
-            "near_singular": singular,
-        }
-        options.out.with_suffix(".json").write_text(
-            json.dumps(measured, indent=2) + "\n"
-        )
+    measured = {
+        "setting": setting,
+        "regular": [asdict(row) for row in rows],
+        "near_singular": singular,
+    }
+    publish(lines, measured, options.out)
 
 
 if __name__ == "__main__":

@@ -12,18 +12,17 @@ what a shared machine makes of it.
 """
 
 import argparse
-import json
 import os
 import platform
 import time
 from importlib.metadata import version
-from pathlib import Path
 from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # One core.
 os.environ["OMP_NUM_THREADS"] = "1"
 
 import numpy as np
+from common import parse, processor, publish, use_one_core
 from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -57,22 +56,6 @@ SHOULDER_HEIGHT = float(np.asarray(WIDOWX_250.dh)[0, 1])  # [m]
 # What Drake's constraints leave free; it cannot hold an angle of zero.
 POSITION_TOLERANCE = 1e-5
 ANGLE_TOLERANCE = 1e-3
-
-
-def use_one_core() -> None:
-    """Keeps this process on one core, where the system can."""
-    if hasattr(os, "sched_setaffinity"):
-        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-
-
-def processor() -> str:
-    """The processor's model."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().splitlines()
-    except OSError:
-        return platform.processor() or "unknown"
-    models = [line.split(":")[1] for line in lines if line[:10] == "model name"]
-    return models[0].strip() if models else platform.machine()
 
 
 def random_target(
@@ -271,12 +254,9 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--repetitions", type=int, default=7)
-    parser.add_argument("--out", type=Path, help="a .md; a .json beside it")
-    options = parser.parse_args()
+    options = parse(parser)
     if options.repetitions < 1:
         parser.exit(2, "--repetitions: valid is 1 or more\n")
-    if options.out is not None and not options.out.parent.is_dir():
-        parser.exit(2, f"--out is {options.out}: there is no such folder\n")
     use_one_core()
     objective = PlacementObjective(ArmKinematics(), ObjectiveParameters())
     rng = np.random.default_rng(SEED)
@@ -339,13 +319,11 @@ def main() -> None:
         f"at {peer['found']}, and one within 1 % of the best at "
         f"{peer['found_best']}.",
     ]
-    print("\n".join(lines))
-    if options.out is not None:
-        options.out.write_text("\n".join(lines) + "\n")
-        measured = {"setting": setting, "ours": rows, "drake": peer}
-        options.out.with_suffix(".json").write_text(
-            json.dumps(measured, indent=2) + "\n"
-        )
+    publish(
+        lines,
+        {"setting": setting, "ours": rows, "drake": peer},
+        options.out,
+    )
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ where it started last; and once round without a departure, or boxed in, it
 tries narrower gaps and forgets the unseen things.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -45,12 +45,18 @@ from drake_mobarm.homing.avoidance_state import (
 from drake_mobarm.homing.gaps import (
     Gaps,
     blocking_point,
-    fill_missing,
     find_gaps,
     free_along,
     free_around,
-    free_length,
     unit,
+)
+from drake_mobarm.homing.view import (
+    View,
+    drive,
+    free_ahead,
+    length,
+    lengths,
+    look,
 )
 from drake_mobarm.sensors.lidar import ray_angles
 
@@ -63,22 +69,6 @@ __all__ = [
 
 _DIRECTIONS = 180  # Looked at for gaps and along boundaries: every 2 deg.
 _AHEAD = 1.2  # Waypoints this far ahead [m] do not slow the robot down.
-
-
-@dataclass(frozen=True)
-class _View:
-    """What is around the robot now, relative to its centre, in W's axes."""
-
-    position: Array
-    yaw: float
-    seen: Array
-    points: Array
-    target: Array
-    distance: float
-    bearing: float
-    radius: float
-    tight_radius: float
-    tolerance: float
 
 
 def update(
@@ -115,7 +105,7 @@ def update(
             stalled=0,
         )
     state = _remember(state, position, estimate, parameters)
-    view = _look(state, position, yaw, scan, parameters)
+    view = look(state, position, yaw, scan, parameters)
     state = _count_stall(state, view, velocity, parameters)
     return _back_off(state, view, parameters) or _choose_way(
         state, view, parameters
@@ -133,12 +123,12 @@ def _remember(
         step = estimate - state.target
         target = state.target + parameters.smoothing * step
     if state.previous is not None:
-        followed += _norm(position - state.previous)
+        followed += length(position - state.previous)
     anchor, stay = state.anchor, state.stay + 1
-    if anchor is None or _norm(position - anchor) > 0.7:
+    if anchor is None or length(position - anchor) > 0.7:
         anchor, stay = position, 0
     ground, idle = state.ground, state.idle + 1
-    if np.all(_norms(ground - position) > 0.5):
+    if np.all(lengths(ground - position) > 0.5):
         ground, idle = np.vstack([ground, position])[-200:], 0
     return replace(
         state,
@@ -152,46 +142,16 @@ def _remember(
     )
 
 
-def _look(
-    state: AvoidanceState,
-    position: Array,
-    yaw: float,
-    scan: Array,
-    parameters: AvoidanceParameters,
-) -> _View:
-    distances = fill_missing(scan)
-    returned = distances < parameters.range_max - 0.05
-    angles = yaw + ray_angles(scan.size)[returned]
-    seen = distances[returned, None] * unit(angles)
-    assert state.target is not None
-    target = state.target - position
-    distance = _norm(target)
-    margin = parameters.tight_margin if state.tight else parameters.margin
-    return _View(
-        position=position,
-        yaw=yaw,
-        seen=seen,
-        points=np.vstack([seen, state.phantoms - position]),
-        target=target,
-        distance=distance,
-        bearing=float(np.arctan2(target[1], target[0])),
-        radius=parameters.radius + margin,
-        tight_radius=parameters.radius + parameters.tight_margin,
-        # The estimate errs more from afar, and may then lie inside things.
-        tolerance=min(0.25 + 0.15 * distance, distance),
-    )
-
-
 def _count_stall(
     state: AvoidanceState,
-    view: _View,
+    view: View,
     velocity: ArrayLike,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     speed, turn_rate = np.abs(np.asarray(velocity, dtype=float))
     way = state.waypoint - view.position
     turn = wrap_angle(np.arctan2(way[1], way[0]) - view.yaw)
-    asked = state.speed_limit > 0.1 and _norm(way) > 0.2
+    asked = state.speed_limit > 0.1 and length(way) > 0.2
     turning = abs(turn) >= 0.4 and turn_rate > parameters.stall_turn_rate
     standing = asked and speed < parameters.stall_speed and not turning
     # Counts down slowly: a grazing robot also turns now and then.
@@ -200,7 +160,7 @@ def _count_stall(
 
 
 def _back_off(
-    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+    state: AvoidanceState, view: View, parameters: AvoidanceParameters
 ) -> AvoidanceState | None:
     """Rule "back": after a stall, and until far enough from it."""
     if state.backing == 0 and state.stalled >= parameters.stall_updates:
@@ -215,7 +175,7 @@ def _back_off(
         )
     if state.backing == 0:
         return None
-    room = _free(view, view.yaw + np.pi, view.tight_radius)
+    room = free_ahead(view, view.yaw + np.pi, view.tight_radius)
     if room < 0.05:
         return replace(state, backing=0, speed_limit=0.0, rule="wait")
     return replace(
@@ -227,14 +187,14 @@ def _back_off(
 
 
 def _touched(
-    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+    state: AvoidanceState, view: View, parameters: AvoidanceParameters
 ) -> Array:
     """Where in front something unseen was touched, in W [m], (3, 2)."""
     # Most likely a part of what is being passed: a seat, a table's board.
     side = state.gap_side if state.rule == "gap" else state.side
     for angle in (view.yaw - 0.7 * side, view.yaw, view.yaw + 0.7 * side):
         place = (parameters.radius + 0.06) * unit(angle)
-        known = _norms(state.phantoms - view.position - place)
+        known = lengths(state.phantoms - view.position - place)
         if np.all(known > 0.15):
             break
     across = unit(angle + np.pi / 2)
@@ -244,7 +204,7 @@ def _touched(
 
 
 def _choose_way(
-    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+    state: AvoidanceState, view: View, parameters: AvoidanceParameters
 ) -> AvoidanceState:
     if state.stay > parameters.boxed_updates:
         state = replace(
@@ -262,9 +222,11 @@ def _choose_way(
         return _head_for_target(state, view, parameters)
     if state.exit is not None:
         way = state.exit - view.position
-        free_way = _free(view, float(np.arctan2(way[1], way[0])), view.radius)
-        if 0.3 < _norm(way) < free_way + 0.3:
-            return _drive(
+        free_way = free_ahead(
+            view, float(np.arctan2(way[1], way[0])), view.radius
+        )
+        if 0.3 < length(way) < free_way + 0.3:
+            return drive(
                 replace(state, rule="leave", idle=0), view, way, parameters
             )
         # Counts as visited even where it ends early: no exit is used twice.
@@ -283,7 +245,7 @@ def _choose_way(
         state = _leave_boundary(state, view, angles, free, parameters)
     if state.side == 0:
         if state.exit is not None:
-            return _drive(state, view, state.exit - view.position, parameters)
+            return drive(state, view, state.exit - view.position, parameters)
         gaps = find_gaps(angles, free, parameters.jump, past=0.3)
         chosen = _choose_gap(state, view, gaps, parameters)
         if isinstance(chosen, AvoidanceState):
@@ -292,26 +254,26 @@ def _choose_way(
     return _follow_boundary(state, view, angles, free, parameters)
 
 
-def _target_is_free(view: _View) -> bool:
+def _target_is_free(view: View) -> bool:
     needed = view.distance - view.tolerance
-    if _free(view, view.bearing, view.radius) >= needed:
+    if free_ahead(view, view.bearing, view.radius) >= needed:
         return True
     # Things may stand right beside the target.
     near = view.distance < 1.5
-    return near and _free(view, view.bearing, view.tight_radius) >= needed
+    return near and free_ahead(view, view.bearing, view.tight_radius) >= needed
 
 
 def _head_for_target(
-    state: AvoidanceState, view: _View, parameters: AvoidanceParameters
+    state: AvoidanceState, view: View, parameters: AvoidanceParameters
 ) -> AvoidanceState:
     """Rule "target"."""
     state = replace(state, rule="target", gap=None, exit=None, promise=np.inf)
-    return _drive(state, view, view.target, parameters)
+    return drive(state, view, view.target, parameters)
 
 
 def _choose_gap(
     state: AvoidanceState,
-    view: _View,
+    view: View,
     gaps: Gaps,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState | int:
@@ -319,7 +281,7 @@ def _choose_gap(
     if gaps.angles.size == 0:
         return 1
     places = gaps.points()
-    rest = _norms(view.target - places)
+    rest = lengths(view.target - places)
     way = gaps.lengths + rest
     bend = gaps.sides * wrap_angle(view.bearing - gaps.angles)
     cost = (
@@ -330,7 +292,7 @@ def _choose_gap(
     met = free_along(places, view.target, view.points, parameters.radius)
     cost += parameters.blocked_cost * (met < rest - view.tolerance)
     if state.gap is not None:
-        moved = _norms(places + view.position - state.gap)
+        moved = lengths(places + view.position - state.gap)
         same_side = gaps.sides == state.gap_side
         # The target's error grows with its distance; the gap's place moves.
         same = same_side & (moved < np.maximum(0.5, 0.25 * gaps.lengths))
@@ -344,7 +306,7 @@ def _choose_gap(
     if idle > parameters.patience:
         return 1 if wrap_angle(gaps.angles[best] - view.bearing) > 0 else -1
     angle = float(gaps.angles[best])
-    ahead = min(_free(view, angle, view.radius), _AHEAD)
+    ahead = min(free_ahead(view, angle, view.radius), _AHEAD)
     state = replace(
         state,
         rule="gap",
@@ -353,21 +315,21 @@ def _choose_gap(
         promise=promise,
         idle=idle,
     )
-    return _drive(
+    return drive(
         state, view, max(gaps.lengths[best], ahead) * unit(angle), parameters
     )
 
 
 def _meet_boundary(
     state: AvoidanceState,
-    view: _View,
+    view: View,
     side: int,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     repeats = 0
-    if state.hit is not None and _norm(state.hit - view.position) < 1.0:
+    if state.hit is not None and length(state.hit - view.position) < 1.0:
         side = -state.hit_side  # That side did not help.
-    if state.hit is not None and _norm(state.hit - view.position) < 2.0:
+    if state.hit is not None and length(state.hit - view.position) < 2.0:
         repeats = state.repeats + 1
     return replace(
         state,
@@ -384,7 +346,7 @@ def _meet_boundary(
 
 def _leave_boundary(
     state: AvoidanceState,
-    view: _View,
+    view: View,
     angles: Array,
     free: Array,
     parameters: AvoidanceParameters,
@@ -392,9 +354,9 @@ def _leave_boundary(
     towards = unit(angles)
     along = np.clip(towards @ view.target, 0.0, free)
     ends = along[:, None] * towards
-    distances = _norms(view.target - ends)
+    distances = lengths(view.target - ends)
     best = int(np.argmin(distances))
-    nearest = _norms(state.ground - view.position - view.target).min()
+    nearest = lengths(state.ground - view.position - view.target).min()
     # A pocket that it came back to is not worth a small gain once more.
     gain = min(parameters.gain * 2**state.repeats, 0.5 * nearest)
     left = replace(state, side=0, gap=None, promise=np.inf, idle=0)
@@ -403,7 +365,7 @@ def _leave_boundary(
     assert state.hit is not None
     # After turning back it meets that place on the way, too.
     least = 3.0 + (parameters.first_leg if np.isinf(state.leg) else 0.0)
-    around = _norm(state.hit - view.position) < 0.5
+    around = length(state.hit - view.position) < 0.5
     if around and state.followed > least:
         return replace(left, tight=not state.tight, phantoms=no_points())
     return state
@@ -411,7 +373,7 @@ def _leave_boundary(
 
 def _follow_boundary(
     state: AvoidanceState,
-    view: _View,
+    view: View,
     angles: Array,
     free: Array,
     parameters: AvoidanceParameters,
@@ -435,49 +397,6 @@ def _follow_boundary(
             boundary = view.position + edge_or_none
     way = order[opened]
     state = replace(state, rule="follow", boundary=boundary)
-    return _drive(
+    return drive(
         state, view, min(free[way], _AHEAD) * unit(angles[way]), parameters
     )
-
-
-def _drive(
-    state: AvoidanceState,
-    view: _View,
-    way: Array,
-    parameters: AvoidanceParameters,
-) -> AvoidanceState:
-    """Sets the waypoint, and a speed to stop from before what is seen."""
-    bearing = float(np.arctan2(way[1], way[0]))
-    room = min(
-        _free(view, bearing, view.tight_radius),
-        _free(view, view.yaw, view.tight_radius) - 0.03,
-    )
-    stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
-    return replace(
-        state,
-        waypoint=view.position + way,
-        speed_limit=min(float(stopping), _careful_speed(view, parameters)),
-    )
-
-
-def _careful_speed(view: _View, parameters: AvoidanceParameters) -> float:
-    """Slower beside things: they may reach farther out than is seen."""
-    ahead = view.seen[view.seen @ unit(view.yaw) > -0.1]
-    gap = float(_norms(ahead).min(initial=np.inf)) - view.tight_radius
-    share = min(max(gap / parameters.care_distance, 0.0), 1.0)
-    return parameters.care_speed + share * (
-        parameters.max_speed - parameters.care_speed
-    )
-
-
-def _free(view: _View, angle: float, radius: float) -> float:
-    return free_length(angle, view.points, radius)
-
-
-def _norm(vector: Array) -> float:
-    return float(np.hypot(vector[0], vector[1]))
-
-
-def _norms(vectors: Array) -> Array:
-    lengths: Array = np.hypot(vectors[:, 0], vectors[:, 1])
-    return lengths

@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 from pydrake.geometry import Meshcat
 
 from drake_mobarm.geometry import Array
@@ -12,7 +11,7 @@ from drake_mobarm.homing.metrics import homing_metrics, judge
 from drake_mobarm.placement.metrics import placement_metrics
 from drake_mobarm.placement.planner import Placement
 from drake_mobarm.scenario import HomingScenario, PlacementScenario
-from drake_mobarm.visualization import light_stage, set_stage
+from drake_mobarm.visualization import look_at_run, look_at_target
 
 Verdict = tuple[bool, str, dict[str, float]]
 """Success, the reason, and the metrics."""
@@ -33,7 +32,7 @@ class Task:
 
 
 def _stage_homing(meshcat: Meshcat, scenario: HomingScenario) -> None:
-    set_stage(meshcat, scenario.start, scenario.beacon)
+    look_at_run(meshcat, scenario.start, scenario.beacon)
 
 
 def _judge_homing(
@@ -47,17 +46,7 @@ def _judge_homing(
 
 
 def _stage_placement(meshcat: Meshcat, scenario: PlacementScenario) -> None:
-    # From where the tool comes, and a little aside, to see the arm.
-    target = np.array(scenario.target)
-    back = -np.array(scenario.approach[:2])
-    level = np.hypot(*back)
-    back = back / level if level > 0.1 else np.array([0.0, -1.0])
-    aside = np.array([-back[1], back[0]])
-    light_stage(meshcat)
-    meshcat.SetCameraPose(
-        target + np.array([*(1.2 * back + 0.9 * aside), 0.8]),
-        target + np.array([*(0.25 * back), -0.15]),
-    )
+    look_at_target(meshcat, scenario.target, scenario.approach)
 
 
 def _judge_placement(

@@ -188,11 +188,11 @@ def add_visualizer(
     builder.Connect(query_object, visualizer.query_object_input_port())
 
 
-def set_stage(
+def look_at_run(
     meshcat: Meshcat, start: list[float], beacon: list[float]
 ) -> None:
     """Even light, no grid, and start and beacon both well in view."""
-    light_stage(meshcat)
+    _light_stage(meshcat)
     a, b = np.array(start[:2]), np.array(beacon)
     middle = (a + b) / 2
     reach = max(float(np.abs(a - b).max()), 4.0)
@@ -202,7 +202,28 @@ def set_stage(
     )
 
 
-def light_stage(meshcat: Meshcat) -> None:
+def look_at_target(
+    meshcat: Meshcat, target: list[float], approach: list[float]
+) -> None:
+    """Even light, and the target from where the tool comes, a little aside.
+
+    Args:
+        meshcat: where to look.
+        target: p_WT of the tool's tip [m], (3,).
+        approach: the tool's x axis in W, a unit vector, (3,).
+    """
+    _light_stage(meshcat)
+    p_WT, back = np.array(target), -np.array(approach[:2])
+    level = np.hypot(*back)
+    back = back / level if level > 0.1 else np.array([0.0, -1.0])
+    aside = np.array([-back[1], back[0]])
+    meshcat.SetCameraPose(
+        p_WT + np.array([*(1.2 * back + 0.9 * aside), 0.8]),
+        p_WT + np.array([*(0.25 * back), -0.15]),
+    )
+
+
+def _light_stage(meshcat: Meshcat) -> None:
     """Even light, and no grid."""
     for path in ("/Grid", "/Axes", "/Lights/SpotLight"):
         meshcat.SetProperty(path, "visible", False)

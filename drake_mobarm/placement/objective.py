@@ -161,8 +161,7 @@ def sensitivities(J: ArrayLike, R_WA: ArrayLike, weights: ArrayLike) -> Array:
     Returns:
         s, (..., 3), one an axis: the sum over a row's absolute values.
     """
-    s: Array = np.abs(_axis_matrix(R_WA, weights) @ np.asarray(J)).sum(axis=-1)
-    return s
+    return _row_sums(_axis_matrix(R_WA, weights), np.asarray(J))
 
 
 def singularity_factor(determinants: ArrayLike, b: float) -> Array:
@@ -229,7 +228,7 @@ class PlacementObjective:
         )
         J = self.arm.jacobian(q)
         lengths = [
-            np.linalg.norm(np.abs(axes @ rows).sum(axis=-1), axis=-1)
+            np.linalg.norm(_row_sums(axes, rows), axis=-1)
             for axes, rows in (
                 (self.position_axes, J[..., :3, :]),
                 (self.attitude_axes, J[..., 3:, :]),
@@ -282,6 +281,12 @@ def _axis_matrix(R_WA: ArrayLike, weights: ArrayLike) -> Array:
     w = np.asarray(weights, dtype=float)
     matrix: Array = (w / np.linalg.norm(w))[:, None] * np.transpose(R_WA)
     return matrix
+
+
+def _row_sums(axes: Array, J: Array) -> Array:
+    """(4.6), (4.7), of rows of a Jacobian (..., 3, n) along `axes` (3, 3)."""
+    s: Array = np.abs(axes @ J).sum(axis=-1)
+    return s
 
 
 def _rotation(roll_pitch_yaw: list[float]) -> Array:

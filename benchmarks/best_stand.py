@@ -38,7 +38,7 @@ from drake_mobarm.placement.objective import (
 )
 from drake_mobarm.placement.objective_map import ToolTarget, score_places
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.scenario import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
 from drake_mobarm.world.sdf import load_world
 
 DENSE = 0.01  # [m]

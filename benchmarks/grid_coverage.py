@@ -21,7 +21,7 @@ from common import parse, publish
 
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import grid_at, optimise_grid, plain_grid
-from drake_mobarm.scenario import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
 from drake_mobarm.world.sdf import load_world
 
 # Worlds, and a free place in each [m].

@@ -27,9 +27,9 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm import load_scenario
-from drake_mobarm.scenario import HomingScenario
-from drake_mobarm.simulation import run
-from drake_mobarm.station import STOWED, add_plant, build_station
+from drake_mobarm.diagrams.station import STOWED, add_plant, build_station
+from drake_mobarm.runtime.scenarios import HomingScenario
+from drake_mobarm.runtime.simulation import run
 from drake_mobarm.world.sdf import load_world
 
 

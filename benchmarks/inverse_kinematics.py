@@ -36,8 +36,8 @@ from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.solvers import Solve
 
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
 try:

@@ -30,6 +30,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import Solve
 
 from drake_mobarm.geometry import Array
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
@@ -43,7 +44,6 @@ from drake_mobarm.placement.objective_map import (
     score_places,
 )
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
 SEED = 0

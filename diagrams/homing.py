@@ -5,6 +5,12 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
+from drake_mobarm.diagrams.station import (
+    ANTENNA_POSITION,
+    PROCESSING_DELAY,
+    build_station,
+)
+from drake_mobarm.drawing.stage import HomingView, add_visualizer
 from drake_mobarm.homing.systems import (
     FilterEstimator,
     HomingController,
@@ -13,15 +19,9 @@ from drake_mobarm.homing.systems import (
     StraightToTarget,
     TargetEstimator,
 )
-from drake_mobarm.scenario import HomingScenario
+from drake_mobarm.runtime.scenarios import HomingScenario
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.sensors.rssi import BEACONS, calibrate
-from drake_mobarm.station import (
-    ANTENNA_POSITION,
-    PROCESSING_DELAY,
-    build_station,
-)
-from drake_mobarm.visualization import HomingView, add_visualizer
 from drake_mobarm.world.sdf import load_world
 
 LOG_PERIOD = 0.05

@@ -7,19 +7,19 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
+from drake_mobarm.diagrams.station import PROCESSING_DELAY, place_robot
+from drake_mobarm.drawing.stage import PlacementView, add_visualizer
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import optimise_grid, plain_grid
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.placement.systems import RobotPoser, StandPlanner
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.scenario import (
+from drake_mobarm.runtime.scenarios import (
     ROBOT_HEIGHTS,
     ROBOT_RADIUS,
     PlacementScenario,
 )
-from drake_mobarm.station import PROCESSING_DELAY, place_robot
-from drake_mobarm.visualization import PlacementView, add_visualizer
 from drake_mobarm.world.sdf import MODELS, add_world, load_world
 
 PLAN_RATE = 10.0

@@ -14,11 +14,11 @@ from typing import NoReturn
 from tqdm import tqdm
 
 from drake_mobarm.exceptions import MobarmError, OutputError
-from drake_mobarm.experiments.tables import TABLES, reproduce
-from drake_mobarm.output import staged_folder
-from drake_mobarm.report.run import REPORTS, describe_run, save_run
-from drake_mobarm.scenario import load_scenario, scenario_names
-from drake_mobarm.simulation import build_diagram, run
+from drake_mobarm.runtime.folder import REPORTS, describe_run, save_run
+from drake_mobarm.runtime.output import staged_folder
+from drake_mobarm.runtime.scenarios import load_scenario, scenario_names
+from drake_mobarm.runtime.simulation import build_diagram, run
+from drake_mobarm.runtime.tables import TABLES, reproduce
 from drake_mobarm.world.sdf import world_names
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130

@@ -19,12 +19,3 @@ class WorldError(MobarmError, ValueError):
 
 class OutputError(MobarmError, RuntimeError):
     """A result cannot be written where it was asked for."""
-
-
-def require(holds: bool, field: str, value: object, valid: str) -> None:
-    """Raises a ParameterError unless `holds`.
-
-    A comparison with NaN is false, so a range check refuses it, too.
-    """
-    if not holds:
-        raise ParameterError(f"{field} is {value!r}: valid is {valid}")

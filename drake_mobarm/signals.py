@@ -4,6 +4,8 @@ from typing import Any
 
 from pydrake.common.containers import namedview
 
+from drake_mobarm.joints import ARM_JOINTS
+
 
 def size(view: Any) -> int:
     """The number of elements of one of the vectors below."""
@@ -21,14 +23,6 @@ WheelState = namedview(
 )
 """Wheel joints [rad, rad, rad/s, rad/s]."""
 
-ARM_JOINTS = (
-    "waist",
-    "shoulder",
-    "elbow",
-    "forearm_roll",
-    "wrist_angle",
-    "wrist_rotate",
-)
 ArmState = namedview(
     "ArmState",
     [

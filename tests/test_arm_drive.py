@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_mobarm.control.arm_drive import (
+from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.station.arm_drive import (
     REFERENCE_SHARE,
     ArmDriveParameters,
     desired_acceleration,
     limit_reference,
     limit_torque,
 )
-from drake_mobarm.exceptions import ParameterError
 
 STEP = 0.01
 SPEED, ACCELERATION = np.array([math.pi]), np.array([5.0])

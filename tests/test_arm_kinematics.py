@@ -24,11 +24,11 @@ from pydrake.multibody.tree import (
     default_model_instance,
 )
 
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot import (
     WIDOWX_250,
     ArmKinematics,
 )
-from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
 # Nothing here may warn, out of reach and singular poses included.

@@ -8,6 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
+from drake_mobarm.driving.gaps import (
+    fill_missing,
+    free_along,
+    free_around,
+    free_length,
+    unit,
+)
+from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.avoidance import (
@@ -15,14 +23,6 @@ from drake_mobarm.homing.avoidance import (
     AvoidanceState,
     initial_state,
     update,
-)
-from drake_mobarm.homing.controller import ControllerParameters, drive_to
-from drake_mobarm.homing.gaps import (
-    fill_missing,
-    free_along,
-    free_around,
-    free_length,
-    unit,
 )
 from drake_mobarm.sensors.lidar import cast_rays
 from drake_mobarm.world.obstacles import clearance, outlines_to_segments

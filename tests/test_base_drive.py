@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_mobarm.control.base_drive import (
+from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.robot.differential_drive import DifferentialDrive
+from drake_mobarm.station.base_drive import (
     BaseDriveParameters,
     drive_torques,
     limit_velocity,
@@ -13,8 +15,6 @@ from drake_mobarm.control.base_drive import (
     ramp,
     yield_to,
 )
-from drake_mobarm.exceptions import ParameterError
-from drake_mobarm.robot.differential_drive import DifferentialDrive
 
 PARAMETERS = BaseDriveParameters()
 STEP = 1 / 50

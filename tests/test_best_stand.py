@@ -26,7 +26,7 @@ from drake_mobarm.placement.objective_map import (
 )
 from drake_mobarm.placement.stand_program import FREE_JOINTS, StandProgram
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
-from drake_mobarm.scenario import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
 from drake_mobarm.world.obstacles import (
     Obstacle,
     box_corners,

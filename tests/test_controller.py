@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.exceptions import ParameterError
-from drake_mobarm.homing.controller import ControllerParameters, drive_to
 
 ANGLE = st.floats(-math.pi, math.pi)
 COORDINATE = st.floats(-20, 20)

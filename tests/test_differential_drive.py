@@ -16,10 +16,10 @@ from pydrake.multibody.tree import BodyIndex, MultibodyForces
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from drake_mobarm.diagrams.station import STOWED
 from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.differential_drive import DifferentialDrive
-from drake_mobarm.signals import ARM_JOINTS
-from drake_mobarm.station import STOWED
 from drake_mobarm.world.sdf import MODELS
 
 SPEED = st.floats(-2, 2)

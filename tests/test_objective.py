@@ -13,6 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
@@ -23,7 +24,6 @@ from drake_mobarm.placement.objective import (
     torque_score_derivative,
 )
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
-from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
 # Nothing here may warn, singular positions included.

@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import rotation, wrap_angle
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
@@ -23,7 +24,6 @@ from drake_mobarm.placement.objective_map import (
     waist_at,
 )
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.signals import ARM_JOINTS
 from drake_mobarm.world.sdf import MODELS
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_mobarm.experiments.homing import ROOMS
-from drake_mobarm.scenario import ROBOT_HEIGHTS
+from drake_mobarm.homing.tables import ROOMS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
 from drake_mobarm.world.obstacles import inside, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world

@@ -11,14 +11,14 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.scenario import ROBOT_HEIGHTS
-from drake_mobarm.signals import ARM_JOINTS
-from drake_mobarm.station import (
+from drake_mobarm.diagrams.station import (
     ANTENNA_POSITION,
     STOWED,
     StationParameters,
     build_station,
 )
+from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
 from drake_mobarm.world.sdf import MODELS, load_world
 
 PI = math.pi

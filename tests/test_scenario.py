@@ -10,7 +10,7 @@ from drake_mobarm.exceptions import (
     ScenarioError,
     WorldError,
 )
-from drake_mobarm.scenario import dump_scenario, scenario_names
+from drake_mobarm.runtime.scenarios import dump_scenario, scenario_names
 
 BOX_WITH_A_ROOM = """<?xml version="1.0"?>
 <sdf version="1.9"><model name="hut"><static>true</static><link name="l">

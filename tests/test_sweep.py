@@ -3,15 +3,15 @@ import json
 import pytest
 
 from drake_mobarm.exceptions import OutputError, ParameterError
-from drake_mobarm.experiments.homing import (
+from drake_mobarm.homing.tables import (
     AREA,
     ROOMS,
     house_trials,
     open_space_trials,
 )
-from drake_mobarm.experiments.sweep import run_sweep
-from drake_mobarm.experiments.tables import reproduce, summarise
-from drake_mobarm.scenario import ROBOT_HEIGHTS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
+from drake_mobarm.runtime.sweep import run_sweep
+from drake_mobarm.runtime.tables import reproduce, summarise
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.sdf import load_world
 

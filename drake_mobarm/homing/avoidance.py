@@ -35,14 +35,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.geometry import Array, wrap_angle
-from drake_mobarm.homing.avoidance_state import (
-    AvoidanceParameters,
-    AvoidanceState,
-    initial_state,
-    no_points,
-)
-from drake_mobarm.homing.gaps import (
+from drake_mobarm.driving.gaps import (
     Gaps,
     blocking_point,
     find_gaps,
@@ -50,13 +43,20 @@ from drake_mobarm.homing.gaps import (
     free_around,
     unit,
 )
-from drake_mobarm.homing.view import (
+from drake_mobarm.driving.scan import (
     View,
     drive,
     free_ahead,
     length,
     lengths,
     look,
+)
+from drake_mobarm.geometry import Array, wrap_angle
+from drake_mobarm.homing.avoidance_state import (
+    AvoidanceParameters,
+    AvoidanceState,
+    initial_state,
+    no_points,
 )
 from drake_mobarm.sensors.lidar import ray_angles
 

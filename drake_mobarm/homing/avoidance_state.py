@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.homing.vector import vector_position
 from drake_mobarm.immutable import Immutable

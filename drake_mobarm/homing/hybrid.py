@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.parallax import intersect_bearings, update_parallax
 from drake_mobarm.homing.vector import vector_position, weighted_position

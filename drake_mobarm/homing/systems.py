@@ -11,10 +11,10 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.geometry import Array, transform_points
 from drake_mobarm.homing import avoidance, hybrid
 from drake_mobarm.homing import filter as target_filter
-from drake_mobarm.homing.controller import ControllerParameters, drive_to
 from drake_mobarm.sensors.beacon import BeaconNoise
 from drake_mobarm.sensors.rssi import RssiModel
 from drake_mobarm.signals import (

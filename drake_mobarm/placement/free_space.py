@@ -11,7 +11,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 from shapely.geometry.polygon import orient
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.world.obstacles import outline, signed_distance
 from drake_mobarm.world.sdf import World

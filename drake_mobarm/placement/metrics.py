@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.planner import Placement
-from drake_mobarm.signals import ARM_JOINTS
 
 
 def placement_metrics(placement: Placement) -> dict[str, float]:

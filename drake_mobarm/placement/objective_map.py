@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import ParameterError, require
+from drake_mobarm.checks import require
+from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.objective import PlacementObjective

@@ -7,6 +7,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_mobarm.geometry import Array
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import FreeGrid
@@ -17,7 +18,7 @@ from drake_mobarm.placement.planner import (
     nothing_planned,
     plan_stand,
 )
-from drake_mobarm.signals import ARM_JOINTS, BestStand, TargetEstimate, size
+from drake_mobarm.signals import BestStand, TargetEstimate, size
 
 
 class StandPlanner(LeafSystem):

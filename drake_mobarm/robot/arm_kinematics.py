@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import ParameterError, require
+from drake_mobarm.checks import require
+from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_parameters import (
     JOINTS,

@@ -9,7 +9,7 @@ rolls has wrist angles of its own.
 import numpy as np
 from numpy.typing import NDArray
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_parameters import JOINTS, ArmParameters
 

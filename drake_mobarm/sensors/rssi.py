@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import ParameterError, require
+from drake_mobarm.checks import require
+from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 
 

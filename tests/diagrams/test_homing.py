@@ -7,10 +7,10 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm import load_scenario, run
 from drake_mobarm.diagrams.homing import make_estimator
+from drake_mobarm.diagrams.station import STOWED, build_station
 from drake_mobarm.homing.systems import HomingController, StraightToTarget
-from drake_mobarm.scenario import ESTIMATORS
-from drake_mobarm.simulation import build_diagram
-from drake_mobarm.station import STOWED, build_station
+from drake_mobarm.runtime.scenarios import ESTIMATORS
+from drake_mobarm.runtime.simulation import build_diagram
 from drake_mobarm.world.sdf import load_world
 
 OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "noise=3"]

@@ -11,8 +11,9 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from drake_mobarm import cli, load_scenario, run
 from drake_mobarm.diagrams.placement import PLAN_RATE, make_planner, make_plant
-from drake_mobarm.scenario import ROBOT_RADIUS
-from drake_mobarm.signals import ARM_JOINTS, BestStand
+from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.runtime.scenarios import ROBOT_RADIUS
+from drake_mobarm.signals import BestStand
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.sdf import load_world
 

@@ -17,11 +17,10 @@ from pydrake.systems.framework import LeafSystem, PortDataType
 
 import drake_mobarm
 from drake_mobarm import signals
-from drake_mobarm.control.arm_drive import ArmDriveParameters
-from drake_mobarm.control.base_drive import BaseDriveParameters
-from drake_mobarm.control.systems import ArmDriver, BaseDriver
+from drake_mobarm.diagrams.station import STOWED
+from drake_mobarm.drawing.stage import HomingView, PlacementView
+from drake_mobarm.driving.waypoint import ControllerParameters
 from drake_mobarm.homing.avoidance import AvoidanceParameters
-from drake_mobarm.homing.controller import ControllerParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
 from drake_mobarm.homing.systems import (
@@ -55,8 +54,9 @@ from drake_mobarm.sensors.systems import (
     Lidar,
     Odometry,
 )
-from drake_mobarm.station import STOWED
-from drake_mobarm.visualization import HomingView, PlacementView
+from drake_mobarm.station.arm_drive import ArmDriveParameters
+from drake_mobarm.station.base_drive import BaseDriveParameters
+from drake_mobarm.station.systems import ArmDriver, BaseDriver
 from drake_mobarm.world.sdf import MODELS
 
 WALL = (np.array([[2.0, 1.0]]), np.array([[2.0, -1.0]]))

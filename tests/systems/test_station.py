@@ -3,16 +3,17 @@ import pytest
 from pydrake.common import RandomGenerator
 from pydrake.systems.analysis import Simulator
 
-from drake_mobarm.sensors.beacon import BeaconParameters
-from drake_mobarm.sensors.rssi import BEACONS
-from drake_mobarm.sensors.systems import BaseTruth
-from drake_mobarm.signals import ARM_JOINTS, GroundTruth
-from drake_mobarm.station import (
+from drake_mobarm.diagrams.station import (
     ANTENNA_POSITION,
     STOWED,
     StationParameters,
     build_station,
 )
+from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.sensors.beacon import BeaconParameters
+from drake_mobarm.sensors.rssi import BEACONS
+from drake_mobarm.sensors.systems import BaseTruth
+from drake_mobarm.signals import GroundTruth
 from drake_mobarm.world.sdf import load_world
 
 

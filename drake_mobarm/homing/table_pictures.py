@@ -8,9 +8,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from drake_mobarm.drawing.floor_plan import draw_floor_plan
+from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.geometry import Array
-from drake_mobarm.report.floor_plan import draw_floor_plan
-from drake_mobarm.report.style import BLUE, GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.sensors.rssi import (
     BEACONS,
     calibration_samples,

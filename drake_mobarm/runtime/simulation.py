@@ -14,11 +14,11 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram
 from pydrake.systems.primitives import VectorLogSink
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
+from drake_mobarm.drawing.stage import FRAMES_PER_SECOND
 from drake_mobarm.geometry import Array
-from drake_mobarm.scenario import Scenario
-from drake_mobarm.tasks import TASKS
-from drake_mobarm.visualization import FRAMES_PER_SECOND
+from drake_mobarm.job import TASKS
+from drake_mobarm.runtime.scenarios import Scenario
 
 _LOG_PREFIX = "trace."
 _CHECK_PERIOD = 0.05

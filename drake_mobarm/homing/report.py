@@ -5,14 +5,14 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from drake_mobarm.report.floor_plan import (
+from drake_mobarm.drawing.floor_plan import (
     draw_floor_plan,
     draw_robot,
     frame_building,
 )
-from drake_mobarm.report.style import BLUE, GREEN, STYLE
-from drake_mobarm.scenario import HomingScenario
-from drake_mobarm.simulation import Result
+from drake_mobarm.drawing.style import BLUE, GREEN, STYLE
+from drake_mobarm.runtime.scenarios import HomingScenario
+from drake_mobarm.runtime.simulation import Result
 from drake_mobarm.world.sdf import load_world
 
 

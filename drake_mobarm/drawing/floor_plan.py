@@ -5,9 +5,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Circle, Polygon
 
+from drake_mobarm.drawing.style import BLUE, GREY
 from drake_mobarm.geometry import Array
-from drake_mobarm.report.style import BLUE, GREY
-from drake_mobarm.scenario import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.sdf import World
 

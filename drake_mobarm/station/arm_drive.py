@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array, clip_magnitude
 
 # No-load speeds of XM430-W350 (five joints) and XL430-W250 at 12 V [rad/s].

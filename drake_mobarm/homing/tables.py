@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from drake_mobarm.experiments.sweep import Outcome, Trial
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.hybrid import HybridParameters
-from drake_mobarm.scenario import (
+from drake_mobarm.runtime.scenarios import (
     ESTIMATORS,
     ROBOT_HEIGHTS,
     HomingScenario,
     load_scenario,
 )
+from drake_mobarm.runtime.simulation import run
+from drake_mobarm.runtime.sweep import Outcome, Trial
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
-from drake_mobarm.simulation import run
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world

@@ -6,12 +6,12 @@ from typing import Any
 
 from pydrake.geometry import Meshcat
 
+from drake_mobarm.drawing.stage import look_at_run, look_at_target
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.metrics import homing_metrics, judge
 from drake_mobarm.placement.metrics import placement_metrics
 from drake_mobarm.placement.planner import Placement
-from drake_mobarm.scenario import HomingScenario, PlacementScenario
-from drake_mobarm.visualization import look_at_run, look_at_target
+from drake_mobarm.runtime.scenarios import HomingScenario, PlacementScenario
 
 Verdict = tuple[bool, str, dict[str, float]]
 """Success, the reason, and the metrics."""

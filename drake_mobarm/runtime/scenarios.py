@@ -13,9 +13,11 @@ import numpy as np
 import yaml
 from pydrake.common.yaml import yaml_dump_typed
 
-from drake_mobarm.exceptions import ParameterError, ScenarioError, require
+from drake_mobarm.checks import require
+from drake_mobarm.diagrams.station import StationParameters
+from drake_mobarm.driving.waypoint import ControllerParameters
+from drake_mobarm.exceptions import ParameterError, ScenarioError
 from drake_mobarm.homing.avoidance import AvoidanceParameters
-from drake_mobarm.homing.controller import ControllerParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
 from drake_mobarm.placement.objective import (
@@ -25,7 +27,6 @@ from drake_mobarm.placement.objective import (
 from drake_mobarm.placement.objective_map import ToolTarget
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
-from drake_mobarm.station import StationParameters
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import World, load_world

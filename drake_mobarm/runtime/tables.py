@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from drake_mobarm.exceptions import ParameterError, require
+from drake_mobarm.checks import require
+from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.experiments import homing
-from drake_mobarm.experiments.sweep import Outcome, Trial, run_sweep
-from drake_mobarm.output import staged_folder
-from drake_mobarm.scenario import dump_scenario, load_scenario
+from drake_mobarm.runtime.output import staged_folder
+from drake_mobarm.runtime.scenarios import dump_scenario, load_scenario
+from drake_mobarm.runtime.sweep import Outcome, Trial, run_sweep
 
 Row = dict[str, Any]
 
@@ -175,7 +176,7 @@ def reproduce(
         (stage / "table.json").write_text(json.dumps(content, indent=2) + "\n")
         (stage / "table.md").write_text(to_markdown(table, content))
         (stage / "trials.csv").write_text(to_csv(rows))
-        from drake_mobarm.report.homing_tables import draw_figures
+        from drake_mobarm.homing.table_pictures import draw_figures
 
         draw_figures(name, rows, [o["path"] for o in outcomes], stage)
     store.unlink()  # Done: another run is to start anew.

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from drake_mobarm.report.homing_run import describe_homing, draw_trajectory
-from drake_mobarm.report.placement_run import (
+from drake_mobarm.homing.report import describe_homing, draw_trajectory
+from drake_mobarm.placement.report import (
     describe_placement,
     draw_map,
     write_squares,
 )
-from drake_mobarm.scenario import dump_scenario
-from drake_mobarm.simulation import Result
+from drake_mobarm.runtime.scenarios import dump_scenario
+from drake_mobarm.runtime.simulation import Result
 
 
 @dataclass(frozen=True)

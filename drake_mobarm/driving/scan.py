@@ -4,15 +4,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from drake_mobarm.driving.gaps import (
+    fill_missing,
+    free_length,
+    unit,
+)
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.avoidance_state import (
     AvoidanceParameters,
     AvoidanceState,
-)
-from drake_mobarm.homing.gaps import (
-    fill_missing,
-    free_length,
-    unit,
 )
 from drake_mobarm.sensors.lidar import ray_angles
 

@@ -34,11 +34,9 @@ from pydrake.multibody.plant import (
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain, Multiplexer, RandomSource
 
-from drake_mobarm.control.arm_drive import ArmDriveParameters
-from drake_mobarm.control.base_drive import BaseDriveParameters
-from drake_mobarm.control.systems import ArmDriver, BaseDriver
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
+from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.systems import (
@@ -48,7 +46,9 @@ from drake_mobarm.sensors.systems import (
     Lidar,
     Odometry,
 )
-from drake_mobarm.signals import ARM_JOINTS
+from drake_mobarm.station.arm_drive import ArmDriveParameters
+from drake_mobarm.station.base_drive import BaseDriveParameters
+from drake_mobarm.station.systems import ArmDriver, BaseDriver
 from drake_mobarm.world.obstacles import outlines, outlines_to_segments
 from drake_mobarm.world.sdf import MODELS, World, add_world
 

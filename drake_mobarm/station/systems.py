@@ -8,26 +8,21 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_mobarm.control.arm_drive import (
+from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.signals import ArmState, BaseVelocity, WheelState, size
+from drake_mobarm.station.arm_drive import (
     REFERENCE_SHARE,
     ArmDriveParameters,
     desired_acceleration,
     limit_reference,
     limit_torque,
 )
-from drake_mobarm.control.base_drive import (
+from drake_mobarm.station.base_drive import (
     BaseDriveParameters,
     drive_torques,
     limit_velocity,
     ramp,
     yield_to,
-)
-from drake_mobarm.signals import (
-    ARM_JOINTS,
-    ArmState,
-    BaseVelocity,
-    WheelState,
-    size,
 )
 from drake_mobarm.world.sdf import MODELS
 

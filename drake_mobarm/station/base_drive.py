@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.exceptions import require
+from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array, clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 

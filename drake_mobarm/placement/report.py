@@ -12,17 +12,17 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from drake_mobarm.geometry import Array
-from drake_mobarm.placement.planner import Placement
-from drake_mobarm.report.floor_plan import (
+from drake_mobarm.drawing.floor_plan import (
     draw_floor_plan,
     draw_robot,
     frame_building,
 )
-from drake_mobarm.report.style import GREEN, GREY, ORANGE, STYLE
+from drake_mobarm.drawing.style import GREEN, GREY, ORANGE, STYLE
+from drake_mobarm.geometry import Array
+from drake_mobarm.placement.planner import Placement
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.scenario import ROBOT_HEIGHTS, PlacementScenario
-from drake_mobarm.simulation import Result
+from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, PlacementScenario
+from drake_mobarm.runtime.simulation import Result
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.sdf import load_world
 

@@ -1,0 +1,111 @@
+"""Checks of parameters: each refusal names the field, its value, what is valid.
+
+The helpers take the object that is being made and the names of its fields. A
+comparison with NaN is false, so that every check of a range refuses it, too.
+"""
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+from drake_mobarm.exceptions import ParameterError
+
+_BOUNDS = {
+    "pi": math.pi,
+    "-pi": -math.pi,
+    "2 pi": 2 * math.pi,
+    "pi/2": math.pi / 2,
+    "-pi/2": -math.pi / 2,
+}
+
+
+def require(holds: bool, field: str, value: object, valid: str) -> None:
+    """Raises a ParameterError that says what is valid, unless `holds`."""
+    if not holds:
+        raise ParameterError(f"{field} is {value!r}: valid is {valid}")
+
+
+def positive(owner: object, *fields: str) -> None:
+    """Each field has to be a finite number above 0."""
+    for field in fields:
+        value = getattr(owner, field)
+        require(0 < value < math.inf, field, value, "finite and above 0")
+
+
+def not_negative(owner: object, *fields: str) -> None:
+    """Each field has to be a finite number, 0 or more."""
+    for field in fields:
+        value = getattr(owner, field)
+        require(0 <= value < math.inf, field, value, "finite, 0 or more")
+
+
+def at_least(owner: object, least: int, *fields: str) -> None:
+    """Each field has to be a number, `least` or more."""
+    for field in fields:
+        value = getattr(owner, field)
+        require(value >= least, field, value, f"{least} or more")
+
+
+def within(owner: object, interval: str, *fields: str) -> None:
+    """Each field has to lie in an interval.
+
+    Args:
+        owner: the object that is being made.
+        interval: such as "(0, 1]" or "[0, 2 pi)": a square bracket where the
+            bound itself is valid, a round one where it is not.
+        fields: names of the fields.
+    """
+    low, high = (_bound(text) for text in interval[1:-1].split(","))
+    for field in fields:
+        value = getattr(owner, field)
+        holds = low <= value <= high
+        if interval[0] == "(":
+            holds = holds and value > low
+        if interval[-1] == ")":
+            holds = holds and value < high
+        require(holds, field, value, f"in {interval}")
+
+
+def one_of(owner: object, choices: Iterable[Any], *fields: str) -> None:
+    """Each field has to be one of some choices."""
+    choices = tuple(choices)
+    for field in fields:
+        value = getattr(owner, field)
+        require(value in choices, field, value, " or ".join(map(str, choices)))
+
+
+def finite_numbers(owner: object, meaning: str, *fields: str) -> None:
+    """Each field has to be a list of so many finite numbers.
+
+    Args:
+        owner: the object that is being made.
+        meaning: of the numbers, such as "[x, y, yaw] in m and rad": as many
+            as there are names between the brackets.
+        fields: names of the fields.
+    """
+    count = meaning[: meaning.index("]")].count(",") + 1
+    for field in fields:
+        value = getattr(owner, field)
+        require(
+            len(value) == count and all(map(math.isfinite, value)),
+            field,
+            value,
+            f"{meaning}, finite",
+        )
+
+
+def positive_numbers(owner: object, count: int, *fields: str) -> None:
+    """Each field has to be a list of so many finite numbers above 0."""
+    for field in fields:
+        value = getattr(owner, field)
+        require(
+            len(value) == count and all(0 < x < math.inf for x in value),
+            field,
+            value,
+            f"{count} finite numbers above 0",
+        )
+
+
+def _bound(text: str) -> float:
+    text = text.strip()
+    return _BOUNDS[text] if text in _BOUNDS else float(text)

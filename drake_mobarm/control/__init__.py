@@ -1,1 +1,0 @@
-"""The station's drivers (chapter 7): laws and systems."""

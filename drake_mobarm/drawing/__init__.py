@@ -1,0 +1,1 @@
+"""Brushes for Meshcat and matplotlib that the jobs share."""

@@ -1,0 +1,1 @@
+"""Driving among things: following a waypoint, careful speed, a scan's gaps."""

@@ -1,1 +1,0 @@
-"""The dissertation's tables, run anew."""

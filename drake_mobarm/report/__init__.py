@@ -1,1 +1,0 @@
-"""Pictures and files; the only package that imports matplotlib."""

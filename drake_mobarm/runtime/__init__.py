@@ -1,0 +1,1 @@
+"""Loads scenarios, runs and repeats them, and writes their folders."""

@@ -38,7 +38,7 @@ from drake_mobarm.placement.objective import (
 )
 from drake_mobarm.placement.objective_map import ToolTarget, score_places
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.sdf import load_world
 
 DENSE = 0.01  # [m]
@@ -74,7 +74,7 @@ def measure(
     """Rows of one world, one a target, and how many were drawn."""
     world = load_world(name)
     surroundings = Surroundings(world.obstacles) if collisions else None
-    free = FreeSpace.of_world(world, STARTS[name], ROBOT_RADIUS, ROBOT_HEIGHTS)
+    free = FreeSpace.of_world(world, STARTS[name], RADIUS, HEIGHTS)
     grid = optimise_grid(free, GRID)
     low, high = np.reshape(free.polygon.bounds, (2, 2))
     rows: list[dict[str, Any]] = []
@@ -221,7 +221,7 @@ def main() -> None:
     lines = [
         f"`{command}`",
         "",
-        f"WidowX 250 on a base of {ROBOT_RADIUS:g} m radius, grid of "
+        f"WidowX 250 on a base of {RADIUS:g} m radius, grid of "
         f"{GRID:g} m squares, dense lattice of {DENSE:g} m; one core of "
         f"{processor()}; Python {platform.python_version()}, Drake "
         f"{version('drake')}, numpy {np.__version__}, shapely "

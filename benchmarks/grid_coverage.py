@@ -21,7 +21,7 @@ from common import parse, publish
 
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import grid_at, optimise_grid, plain_grid
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.sdf import load_world
 
 # Worlds, and a free place in each [m].
@@ -35,9 +35,7 @@ SIZES = (0.20, 0.30, 0.50)  # [m]
 
 def measure(name: str, size: float, seed: int) -> dict[str, float | str]:
     """One row: a world at a grid size."""
-    free = FreeSpace.of_world(
-        load_world(name), STARTS[name], ROBOT_RADIUS, ROBOT_HEIGHTS
-    )
+    free = FreeSpace.of_world(load_world(name), STARTS[name], RADIUS, HEIGHTS)
     plain, heights = plain_grid(free, size), grid_at(free, size, 0, 0)
     started = time.perf_counter()
     best = optimise_grid(free, size, seed)
@@ -70,7 +68,7 @@ def main() -> None:
     ]
     lines = [
         f"`python benchmarks/grid_coverage.py --seed {options.seed}`, robot's "
-        f"radius {ROBOT_RADIUS:g} m, Python {platform.python_version()}, "
+        f"radius {RADIUS:g} m, Python {platform.python_version()}, "
         f"numpy {np.__version__}, scipy {scipy.__version__}, "
         f"shapely {shapely.__version__}",
         "",

@@ -27,9 +27,12 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm import load_scenario
-from drake_mobarm.diagrams.station import STOWED, add_plant, build_station
-from drake_mobarm.runtime.scenarios import HomingScenario
+from drake_mobarm.diagrams.station import build_station
+from drake_mobarm.homing.job import HomingScenario
+from drake_mobarm.robot.shape import STOWED
 from drake_mobarm.runtime.simulation import run
+from drake_mobarm.sensors.beacon import Beacon
+from drake_mobarm.station.plant import add_plant
 from drake_mobarm.world.sdf import load_world
 
 
@@ -37,7 +40,10 @@ def plant_alone(scenario: HomingScenario) -> Diagram:
     """The contact plant, no torque on any joint: wheels and arm are free."""
     builder = DiagramBuilder()
     plant, _ = add_plant(
-        builder, load_world(scenario.world), scenario.start, scenario.station
+        builder,
+        load_world(scenario.world),
+        scenario.start,
+        scenario.station.time_step,
     )
     torque = builder.AddSystem(
         ConstantVectorSource(np.zeros(plant.num_actuators()))
@@ -53,9 +59,8 @@ def station_at_rest(scenario: HomingScenario) -> Diagram:
         build_station(
             load_world(scenario.world),
             scenario.start,
-            scenario.beacon,
-            scenario.noise,
             scenario.station,
+            Beacon(position=scenario.beacon, noise=scenario.noise),
         )
     )
     for port, value in (

@@ -39,12 +39,11 @@ from drake_mobarm.placement.objective import (
     torque_score,
 )
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     ToolTarget,
     score_places,
 )
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, URDF
 
 SEED = 0
 TARGETS = 20
@@ -123,7 +122,7 @@ class DrakePeer:
     def __init__(self, parameters: ObjectiveParameters) -> None:
         self.parameters = parameters
         plant = MultibodyPlant(0.0)
-        Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+        Parser(plant).AddModels(str(URDF))
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
         plant.Finalize()
         self.plant = plant

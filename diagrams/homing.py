@@ -1,144 +1,191 @@
-"""Homing: the station, an estimator, avoidance or none, a controller."""
+"""Homing: an estimator, avoidance or none, a controller; on the station."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from pydrake.geometry import Meshcat
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from pydrake.systems.framework import Diagram, System
+from pydrake.systems.primitives import ConstantVectorSource
 
-from drake_mobarm.diagrams.station import (
-    ANTENNA_POSITION,
-    PROCESSING_DELAY,
-    build_station,
-)
-from drake_mobarm.drawing.stage import HomingView, add_visualizer
+from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
+from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
+from drake_mobarm.homing.job import HomingParameters, HomingScenario
 from drake_mobarm.homing.systems import (
     FilterEstimator,
     HomingController,
     HybridEstimator,
     ObstacleAvoidance,
     StraightToTarget,
-    TargetEstimator,
 )
-from drake_mobarm.runtime.scenarios import HomingScenario
-from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
-from drake_mobarm.sensors.rssi import BEACONS, calibrate
+from drake_mobarm.homing.view import HomingView
+from drake_mobarm.job import spawn_seeds
+from drake_mobarm.robot.shape import ANTENNA_POSITION
+from drake_mobarm.sensors.beacon import (
+    NOISE_CONFIGURATIONS,
+    Beacon,
+    BeaconNoise,
+)
+from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
+from drake_mobarm.signals import (
+    BaseVelocity,
+    BeaconReading,
+    PlanarPose,
+    TargetEstimate,
+    Waypoint,
+    size,
+)
+from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.sdf import load_world
 
-LOG_PERIOD = 0.05
+HOMING_BLOCKS = ("estimator", "avoidance", "controller")
+"""The blocks that a user may exchange, besides the station's."""
+
+
+def build_job(
+    parameters: HomingParameters,
+    *,
+    calibration: RssiModel,
+    noise: BeaconNoise,
+    station: StationParameters,
+    blocks: Mapping[str, System] = NO_BLOCKS,
+) -> Diagram:
+    """Wires homing without a robot.
+
+    Args:
+        parameters: how the robot homes.
+        calibration: of the beacon's RSSI.
+        noise: of its readings, as far as it is known; the hybrid estimator
+            does not use it.
+        station: what is known of the robot's sensors.
+        blocks: systems in the places of some of `HOMING_BLOCKS`.
+
+    Returns:
+        A diagram with the inputs `measured_base_pose` (PlanarPose),
+        `beacon_reading` (BeaconReading) and, where the avoidance reads them,
+        `measured_base_velocity` (BaseVelocity) and `lidar_ranges` (rays), and
+        the outputs `estimated_target` (TargetEstimate), `waypoint`
+        (Waypoint), `commanded_base_velocity` (BaseVelocity) and `arrived`
+        (1).
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+    """
+    wiring = Wiring(blocks)
+
+    def make_estimator() -> System:
+        common = (
+            calibration,
+            np.array(ANTENNA_POSITION),
+            station.beacon.rate,
+            PROCESSING_DELAY,
+        )
+        if parameters.estimator == "hybrid":
+            return HybridEstimator(parameters.hybrid, *common)
+        return FilterEstimator(parameters.filter, noise, *common)
+
+    def make_avoidance() -> System:
+        if parameters.avoidance == "none":
+            return StraightToTarget()
+        return ObstacleAvoidance(
+            parameters.rules,
+            station.lidar.rays,
+            station.lidar.rate,
+            PROCESSING_DELAY,
+        )
+
+    wiring.add(
+        "estimator",
+        make_estimator,
+        {"estimated_target": size(TargetEstimate), "arrived": 1},
+    )
+    wiring.add("avoidance", make_avoidance, {"waypoint": size(Waypoint)})
+    wiring.add(
+        "controller",
+        lambda: HomingController(parameters.controller),
+        {"commanded_base_velocity": size(BaseVelocity)},
+    )
+    wiring.export(
+        "estimated_target", "waypoint", "commanded_base_velocity", "arrived"
+    )
+    return wiring.build(
+        "homing",
+        inputs={
+            "measured_base_pose": size(PlanarPose),
+            "measured_base_velocity": size(BaseVelocity),
+            "beacon_reading": size(BeaconReading),
+            "lidar_ranges": station.lidar.rays,
+        },
+    )
 
 
 def build(
     scenario: HomingScenario,
-    calibration_seed: int = 0,
+    *,
+    seed: int = 0,
     meshcat: Meshcat | None = None,
+    blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
-    """Wires the homing diagram.
+    """Wires homing on the station, with logs and, if asked, a view.
 
     Args:
         scenario: what to build.
-        calibration_seed: of the samples that the beacon's calibration is
-            fitted from; all other noise is seeded in the context.
+        seed: of the run; here, of the samples that the beacon's calibration
+            is fitted from. All other noise is seeded in the context.
         meshcat: where to draw the run, if anywhere.
+        blocks: systems in the places of some of `HOMING_BLOCKS` or of the
+            station's blocks.
 
     Returns:
         A diagram with the output `done` (1), which ends a run, and a
         VectorLogSink for each signal of its trace.
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
     """
-    builder = DiagramBuilder()
-    station = builder.AddNamedSystem(
-        "station",
-        build_station(
-            load_world(scenario.world),
-            scenario.start,
-            scenario.beacon,
-            scenario.noise,
-            scenario.station,
-        ),
-    )
-    estimator = builder.AddNamedSystem(
-        "estimator", make_estimator(scenario, calibration_seed)
-    )
-    guide = builder.AddNamedSystem("avoidance", make_guide(scenario))
-    controller = builder.AddNamedSystem(
-        "controller", HomingController(scenario.controller)
-    )
-    stow = builder.AddNamedSystem(
-        "stow",
-        ConstantVectorSource(
-            np.concatenate([scenario.station.stowed, np.zeros(6)])
-        ),
-    )
-
-    pose = station.GetOutputPort("measured_base_pose")
-    velocity = station.GetOutputPort("measured_base_velocity")
-    reading = station.GetOutputPort("beacon_reading")
-    ranges = station.GetOutputPort("lidar_ranges")
-    truth = station.GetOutputPort("ground_truth")
-    target = estimator.GetOutputPort("estimated_target")
-    arrived = estimator.GetOutputPort("arrived")
-    waypoint = guide.GetOutputPort("waypoint")
-    command = controller.GetOutputPort("commanded_base_velocity")
-
-    builder.Connect(pose, estimator.GetInputPort("measured_base_pose"))
-    builder.Connect(reading, estimator.GetInputPort("beacon_reading"))
-    builder.Connect(target, guide.GetInputPort("estimated_target"))
-    if scenario.avoidance == "rules":
-        builder.Connect(pose, guide.GetInputPort("measured_base_pose"))
-        builder.Connect(velocity, guide.GetInputPort("measured_base_velocity"))
-        builder.Connect(ranges, guide.GetInputPort("lidar_ranges"))
-    builder.Connect(pose, controller.GetInputPort("measured_base_pose"))
-    builder.Connect(waypoint, controller.GetInputPort("waypoint"))
-    builder.Connect(arrived, controller.GetInputPort("arrived"))
-    builder.Connect(command, station.GetInputPort("commanded_base_velocity"))
-    builder.Connect(
-        stow.get_output_port(), station.GetInputPort("desired_arm_state")
-    )
-    builder.ExportOutput(arrived, "done")
-
-    for port in (truth, pose, reading, target, waypoint, command):
-        log = LogVectorOutput(port, builder, LOG_PERIOD)
-        log.set_name(f"trace.{port.get_name()}")
-    if meshcat is not None:
-        view = builder.AddNamedSystem(
-            "view", HomingView(meshcat, scenario.beacon)
-        )
-        builder.Connect(truth, view.GetInputPort("ground_truth"))
-        builder.Connect(target, view.GetInputPort("estimated_target"))
-        add_visualizer(builder, station.GetOutputPort("query_object"), meshcat)
-    diagram: Diagram = builder.Build()
-    diagram.set_name("homing")
-    return diagram
-
-
-def make_estimator(
-    scenario: HomingScenario, calibration_seed: int
-) -> TargetEstimator:
-    """The estimator that the scenario names, with a calibrated beacon."""
-    beacon = scenario.station.beacon
+    of_job, of_station = split_blocks(blocks, HOMING_BLOCKS, STATION_BLOCKS)
+    calibration_seed, _ = spawn_seeds(seed)
+    antenna = scenario.station.beacon
     calibration = calibrate(
-        BEACONS[beacon.model],
+        BEACONS[antenna.model],
         scenario.calibration_noise,
         np.random.default_rng(calibration_seed),
     )
-    common = (
-        calibration,
-        np.array(ANTENNA_POSITION),
-        beacon.rate,
-        PROCESSING_DELAY,
+    wiring = Wiring()
+    wiring.add(
+        "station",
+        lambda: build_station(
+            load_world(scenario.world),
+            scenario.start,
+            scenario.station,
+            Beacon(position=scenario.beacon, noise=scenario.noise),
+            of_station,
+        ),
     )
-    if scenario.estimator == "hybrid":
-        return HybridEstimator(scenario.hybrid, *common)
-    noise = NOISE_CONFIGURATIONS[scenario.noise]
-    return FilterEstimator(scenario.filter, noise, *common)
-
-
-def make_guide(
-    scenario: HomingScenario,
-) -> ObstacleAvoidance | StraightToTarget:
-    """The avoidance that the scenario names."""
-    if scenario.avoidance == "none":
-        return StraightToTarget()
-    lidar = scenario.station.lidar
-    return ObstacleAvoidance(
-        scenario.rules, lidar.rays, lidar.rate, PROCESSING_DELAY
+    wiring.add(
+        "job",
+        lambda: build_job(
+            scenario,
+            calibration=calibration,
+            noise=NOISE_CONFIGURATIONS[scenario.noise],
+            station=scenario.station,
+            blocks=of_job,
+        ),
     )
+    wiring.add_primitive(
+        "stow",
+        ConstantVectorSource([*scenario.station.stowed, *np.zeros(6)]),
+        "desired_arm_state",
+    )
+    wiring.export(done="arrived")
+    wiring.log(
+        "ground_truth",
+        "measured_base_pose",
+        "beacon_reading",
+        "estimated_target",
+        "waypoint",
+        "commanded_base_velocity",
+    )
+    if meshcat is not None:
+        wiring.add("view", lambda: HomingView(meshcat, scenario.beacon))
+        wiring.add_visualizer(meshcat)
+    return wiring.build("homing")

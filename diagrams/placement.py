@@ -1,106 +1,126 @@
-"""Placement: a target, the stand planner, and the robot on its stand."""
+"""Placement: the stand planner; with a target, and the robot on its stand."""
+
+from collections.abc import Mapping
 
 from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+from pydrake.systems.framework import Diagram, System
+from pydrake.systems.primitives import ConstantVectorSource
 from pydrake.systems.rendering import MultibodyPositionToGeometryPose
 
-from drake_mobarm.diagrams.station import PROCESSING_DELAY, place_robot
-from drake_mobarm.drawing.stage import PlacementView, add_visualizer
+from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import optimise_grid, plain_grid
+from drake_mobarm.placement.job import PlacementScenario
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.placement.systems import RobotPoser, StandPlanner
+from drake_mobarm.placement.view import PlacementView
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.runtime.scenarios import (
-    ROBOT_HEIGHTS,
-    ROBOT_RADIUS,
-    PlacementScenario,
-)
-from drake_mobarm.world.sdf import MODELS, add_world, load_world
+from drake_mobarm.robot.shape import HEIGHTS, RADIUS, URDF
+from drake_mobarm.signals import BestStand, TargetEstimate, size
+from drake_mobarm.station.parameters import PROCESSING_DELAY
+from drake_mobarm.station.plant import place_robot
+from drake_mobarm.world.sdf import add_world, load_world
+
+PLACEMENT_BLOCKS = ("planner",)
+"""The block that a user may exchange."""
 
 PLAN_RATE = 10.0
-LOG_PERIOD = 0.05
+
+
+def build_job(
+    scenario: PlacementScenario,
+    *,
+    blocks: Mapping[str, System] = NO_BLOCKS,
+) -> Diagram:
+    """Wires placement without a target.
+
+    Args:
+        scenario: what to build; of its target only the height matters.
+        blocks: systems in the places of some of `PLACEMENT_BLOCKS`.
+
+    Returns:
+        A diagram with the input `estimated_target` (TargetEstimate) and the
+        outputs `placement` (abstract, Placement), `best_stand` (BestStand)
+        and `planned` (1).
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+    """
+    wiring = Wiring(blocks)
+    wiring.add(
+        "planner",
+        lambda: make_planner(scenario),
+        {"placement": None, "best_stand": size(BestStand), "planned": 1},
+    )
+    wiring.export("placement", "best_stand", "planned")
+    return wiring.build(
+        "placement", inputs={"estimated_target": size(TargetEstimate)}
+    )
 
 
 def build(
     scenario: PlacementScenario,
-    calibration_seed: int = 0,
+    *,
+    seed: int = 0,
     meshcat: Meshcat | None = None,
+    blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
-    """Wires the placement diagram.
+    """Wires placement with a target that stands still, logs and a view.
 
     Args:
         scenario: what to build.
-        calibration_seed: of nothing here: no beacon is heard.
+        seed: of the run; nothing here is random.
         meshcat: where to draw the robot on its stand, if anywhere.
+        blocks: systems in the places of some of `PLACEMENT_BLOCKS`.
 
     Returns:
-        A diagram with the outputs `placement` (Placement), `best_stand`
-        (BestStand) and `done` (1), which ends a run, and a VectorLogSink for
-        each signal of its trace.
-    """
-    builder = DiagramBuilder()
-    target = builder.AddNamedSystem(
-        "target", ConstantVectorSource([*scenario.target[:2], 1.0])
-    )
-    planner = builder.AddNamedSystem("planner", make_planner(scenario))
-    builder.Connect(
-        target.get_output_port(), planner.GetInputPort("estimated_target")
-    )
-    builder.ExportOutput(planner.GetOutputPort("placement"), "placement")
-    builder.ExportOutput(planner.GetOutputPort("best_stand"), "best_stand")
-    builder.ExportOutput(planner.GetOutputPort("planned"), "done")
-    for name, port in (
-        ("estimated_target", target.get_output_port()),
-        ("best_stand", planner.GetOutputPort("best_stand")),
-    ):
-        log = LogVectorOutput(port, builder, LOG_PERIOD)
-        log.set_name(f"trace.{name}")
+        A diagram with the outputs `placement` (abstract, Placement),
+        `best_stand` (BestStand) and `done` (1), which ends a run, and a
+        VectorLogSink for each signal of its trace.
 
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+    """
+    wiring = Wiring()
+    wiring.add_primitive(
+        "target",
+        ConstantVectorSource([*scenario.target[:2], 1.0]),
+        "estimated_target",
+    )
+    wiring.add("job", lambda: build_job(scenario, blocks=blocks))
+    wiring.export("placement", "best_stand", done="planned")
+    wiring.log("estimated_target", "best_stand")
     if meshcat is not None:
-        scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+        scene_graph = wiring.builder.AddNamedSystem("scene_graph", SceneGraph())
         plant = make_plant(scenario, scene_graph)
-        poser = builder.AddNamedSystem("poser", RobotPoser(plant))
-        poses = builder.AddNamedSystem(
-            "poses", MultibodyPositionToGeometryPose(plant)
+        wiring.add("poser", lambda: RobotPoser(plant))
+        wiring.add_primitive(
+            "poses",
+            poses := MultibodyPositionToGeometryPose(plant),
+            "geometry_poses",
+            ["robot_positions"],
         )
-        view = builder.AddNamedSystem(
-            "view",
-            PlacementView(meshcat, scenario.target, scenario.approach),
-        )
-        builder.Connect(
-            planner.GetOutputPort("best_stand"),
-            poser.GetInputPort("best_stand"),
-        )
-        builder.Connect(
-            poser.GetOutputPort("robot_positions"), poses.get_input_port()
-        )
-        builder.Connect(
+        wiring.builder.Connect(
             poses.get_output_port(),
             scene_graph.get_source_pose_port(plant.get_source_id()),
         )
-        builder.Connect(
-            planner.GetOutputPort("placement"), view.GetInputPort("placement")
+        wiring.offer("query_object", scene_graph.get_query_output_port())
+        wiring.add(
+            "view",
+            lambda: PlacementView(meshcat, scenario.target, scenario.approach),
         )
-        add_visualizer(builder, scene_graph.get_query_output_port(), meshcat)
-    diagram: Diagram = builder.Build()
-    diagram.set_name("placement")
-    return diagram
+        wiring.add_visualizer(meshcat)
+    return wiring.build("placement")
 
 
 def make_planner(scenario: PlacementScenario) -> StandPlanner:
     """The planner, with the free space of the scenario's world."""
     world = load_world(scenario.world)
     free = FreeSpace.of_world(
-        world,
-        scenario.start[:2],
-        ROBOT_RADIUS,
-        ROBOT_HEIGHTS,
-        scenario.target[:2],
+        world, scenario.start[:2], RADIUS, HEIGHTS, scenario.target[:2]
     )
     make_grid = optimise_grid if scenario.grid == "optimised" else plain_grid
     return StandPlanner(
@@ -123,7 +143,7 @@ def make_plant(
     """Robot and world, to be posed rather than simulated."""
     plant = MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     add_world(plant, load_world(scenario.world))
     plant.Finalize()
     place_robot(plant, scenario.start)

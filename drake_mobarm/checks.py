@@ -71,7 +71,7 @@ def one_of(owner: object, choices: Iterable[Any], *fields: str) -> None:
     choices = tuple(choices)
     for field in fields:
         value = getattr(owner, field)
-        require(value in choices, field, value, " or ".join(map(str, choices)))
+        require(value in choices, field, value, ", ".join(map(str, choices)))
 
 
 def finite_numbers(owner: object, meaning: str, *fields: str) -> None:

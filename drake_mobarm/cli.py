@@ -13,12 +13,14 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
+from drake_mobarm import __version__
 from drake_mobarm.exceptions import MobarmError, OutputError
-from drake_mobarm.runtime.folder import REPORTS, describe_run, save_run
+from drake_mobarm.job import find_tables
 from drake_mobarm.runtime.output import staged_folder
+from drake_mobarm.runtime.result import RECORDING
 from drake_mobarm.runtime.scenarios import load_scenario, scenario_names
 from drake_mobarm.runtime.simulation import build_diagram, run
-from drake_mobarm.runtime.tables import TABLES, reproduce
+from drake_mobarm.runtime.tables import reproduce
 from drake_mobarm.world.sdf import world_names
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -66,6 +68,9 @@ def _make_parser() -> argparse.ArgumentParser:
         "this building' on.",
         allow_abbrev=False,
     )
+    parser.add_argument(
+        "--version", action="version", version=f"mobarm {__version__}"
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
     command = commands.add_parser("run", help="simulate a scenario")
@@ -104,7 +109,7 @@ def _make_parser() -> argparse.ArgumentParser:
     command = commands.add_parser(
         "reproduce", help="run a table's experiment and compare"
     )
-    command.add_argument("table", metavar="TABLE", help=", ".join(TABLES))
+    command.add_argument("table", metavar="TABLE", help="see `mobarm list`")
     command.add_argument(
         "--trials", type=_positive, help="how many a case (default: all)"
     )
@@ -163,10 +168,9 @@ def _positive(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.overrides)
-    report = REPORTS[scenario.diagram]
     name = Path(options.scenario).stem
     folder = options.out or Path("runs") / f"{name}-seed{options.seed}"
-    with staged_folder(folder) as stage:
+    with staged_folder(folder, [RECORDING]) as stage:
         bar = tqdm(
             total=scenario.time_limit,
             unit="s",
@@ -184,13 +188,9 @@ def _run(options: argparse.Namespace) -> int:
                 on_progress=lambda time: bar.update(time - bar.n),
                 on_live=lambda address: print(f"watch at {address}"),
             )
-        save_run(result, stage)
-    if result.recording is None:
-        # One of an earlier run would not go with the new files.
-        (folder / "recording.html").unlink(missing_ok=True)
-    print(describe_run(result))
-    shown = "recording.html" if result.recording is not None else report.picture
-    print(f"open {folder / shown}")
+        result.write(stage)
+    print(result.describe())
+    print(f"open {folder / result.first_file}")
     return SUCCESS if result.success else FAILURE
 
 
@@ -213,7 +213,7 @@ def _list(options: argparse.Namespace) -> int:
     for title, names in (
         ("scenarios", scenario_names()),
         ("worlds", world_names()),
-        ("tables", list(TABLES)),
+        ("tables", list(find_tables())),
     ):
         print(f"{title}: {', '.join(names)}")
     return SUCCESS

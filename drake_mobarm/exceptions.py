@@ -19,3 +19,7 @@ class WorldError(MobarmError, ValueError):
 
 class OutputError(MobarmError, RuntimeError):
     """A result cannot be written where it was asked for."""
+
+
+class BlockError(MobarmError, ValueError):
+    """A block given for a diagram does not fit in."""

@@ -62,3 +62,30 @@ GroundTruth = namedview(
 )
 """True pose [m, m, rad] and velocity [m/s, rad/s] of the base, 1 while the
 robot touches an obstacle, and how often it has."""
+
+SIGNALS = {
+    "commanded_base_velocity": BaseVelocity,
+    "desired_arm_state": ArmState,
+    "measured_base_pose": PlanarPose,
+    "measured_base_velocity": BaseVelocity,
+    "measured_wheel_state": WheelState,
+    "measured_arm_state": ArmState,
+    "beacon_reading": BeaconReading,
+    "estimated_target": TargetEstimate,
+    "waypoint": Waypoint,
+    "best_stand": BestStand,
+    "ground_truth": GroundTruth,
+}
+"""The elements of each signal that has always the same ones, by its name."""
+
+
+def sizes(*signals: str) -> dict[str, int]:
+    """The numbers of elements of signals, by their names."""
+    return {signal: size(SIGNALS[signal]) for signal in signals}
+
+
+def element_names(signal: str, elements: int) -> list[str]:
+    """Names of a signal's elements, or their numbers where they have none."""
+    if signal in SIGNALS:
+        return list(SIGNALS[signal].get_fields())
+    return [str(index) for index in range(elements)]

@@ -29,7 +29,7 @@ from drake_mobarm.robot import (
     WIDOWX_250,
     ArmKinematics,
 )
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import URDF
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")
@@ -40,7 +40,7 @@ pytestmark = pytest.mark.filterwarnings("error")
 
 def add_robot(payload):
     plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     if payload:
         body = plant.AddRigidBody(
             "payload",

@@ -9,8 +9,6 @@ import pytest
 from drake_mobarm.geometry import rotation, wrap_angle
 from drake_mobarm.placement.best_stand import find_best_stand
 from drake_mobarm.placement.collision import (
-    CHASSIS_RADIUS,
-    LINK_RADIUS,
     Surroundings,
 )
 from drake_mobarm.placement.free_space import FreeSpace
@@ -20,13 +18,17 @@ from drake_mobarm.placement.objective import (
     PlacementObjective,
 )
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     ToolTarget,
     score_places,
 )
 from drake_mobarm.placement.stand_program import FREE_JOINTS, StandProgram
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.robot.shape import (
+    ARM_BASE_HEIGHT,
+    HEIGHTS,
+    LINK_RADIUS,
+    RADIUS,
+)
 from drake_mobarm.world.obstacles import (
     Obstacle,
     box_corners,
@@ -50,7 +52,7 @@ ODD = ObjectiveParameters(
     attitude_axis_weights=[0.2, 3.0, 1.0],
     payload=0.35,
 )
-OPEN = FreeSpace.from_outlines([], ROBOT_RADIUS, (0, 0), ((-3, -3), (3, 3)))
+OPEN = FreeSpace.from_outlines([], RADIUS, (0, 0), ((-3, -3), (3, 3)))
 HOUSE_START = (-8.0, -2.6)
 # On open floor its best stand is held by nothing.
 TARGET = ToolTarget(position=[-1.0, 0.5, 0.4], approach=[0.48, -0.36, -0.8])
@@ -123,7 +125,7 @@ def rectangle(x_low, y_low, x_high, y_high):
 def hall(names, *shapes):
     """Open floor but for obstacles of these names."""
     return FreeSpace.from_outlines(
-        shapes, ROBOT_RADIUS, (-2.9, -2.9), ((-3, -3), (3, 3)), names
+        shapes, RADIUS, (-2.9, -2.9), ((-3, -3), (3, 3)), names
     )
 
 
@@ -288,11 +290,11 @@ def test_appendix_c_arm_has_its_best_stand_as_well():
 @pytest.fixture(scope="module")
 def house():
     world = load_world("small_house")
-    free = FreeSpace.of_world(world, HOUSE_START, ROBOT_RADIUS, ROBOT_HEIGHTS)
+    free = FreeSpace.of_world(world, HOUSE_START, RADIUS, HEIGHTS)
     return (
         free,
         plain_grid(free, 0.2),
-        outlines(world.obstacles, *ROBOT_HEIGHTS),
+        outlines(world.obstacles, *HEIGHTS),
     )
 
 
@@ -313,7 +315,7 @@ def test_stand_in_a_house_is_free_and_no_worse_than_the_best_square(
     assert stand.scores.objective <= best
     assert_reaches(stand, target)
     assert free.contains(stand.pose[:2])
-    assert clearance(shapes, stand.pose[:2]) >= ROBOT_RADIUS - 2e-9
+    assert clearance(shapes, stand.pose[:2]) >= RADIUS - 2e-9
 
 
 def test_square_that_is_better_than_all_else_is_the_stand():
@@ -401,14 +403,14 @@ def test_robot_stands_beside_a_target_as_low_as_itself_and_says_so():
     # Without surroundings its chassis may be right where the target is.
     target = ToolTarget(position=[0, 0, 0.3], approach=[0, 0, -1])
     by_it, reason = stand_near(target, OPEN)
-    assert np.hypot(*by_it.pose[:2]) < CHASSIS_RADIUS
+    assert np.hypot(*by_it.pose[:2]) < RADIUS
     assert "the target, which" not in reason
     nothing = Surroundings([])
     squares = no_squares(OBJECTIVE, target)
     stand, reason = find_best_stand(
         OBJECTIVE, target, OPEN, squares, surroundings=nothing
     )
-    assert np.hypot(*stand.pose[:2]) >= CHASSIS_RADIUS + LINK_RADIUS
+    assert np.hypot(*stand.pose[:2]) >= RADIUS + LINK_RADIUS
     assert "the target, which is as low as the robot" in reason
     assert_reaches(stand, target)
 

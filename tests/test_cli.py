@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
-from drake_mobarm import cli
+from drake_mobarm import Result, cli
 
 BLINK = ["--set", "world=empty", "--set", "time_limit=0.3"]
 FILES = {
@@ -156,7 +156,7 @@ def test_a_failed_write_leaves_nothing_behind(tmp_path, monkeypatch):
         (folder / "summary.json").write_text("{")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(cli, "save_run", full)
+    monkeypatch.setattr(Result, "write", full)
     out = tmp_path / "run"
     code = cli.main(["run", "homing", "--no-html", "--out", str(out), *BLINK])
     assert code == 2

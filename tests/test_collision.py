@@ -4,10 +4,6 @@ import numpy as np
 import pytest
 
 from drake_mobarm.placement.collision import (
-    CHASSIS_RADIUS,
-    CHASSIS_TOP,
-    GRIPPER,
-    LINK_RADIUS,
     TIP_LENGTH,
     Surroundings,
 )
@@ -16,17 +12,23 @@ from drake_mobarm.placement.objective import (
     PlacementObjective,
 )
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     ToolTarget,
     score_places,
 )
 from drake_mobarm.robot import ArmKinematics
+from drake_mobarm.robot.shape import (
+    ARM_BASE_HEIGHT,
+    CHASSIS_TOP,
+    GRIPPER,
+    LINK_RADIUS,
+    RADIUS,
+    URDF,
+)
 from drake_mobarm.world.obstacles import (
     Obstacle,
     box_corners,
     cylinder_corners,
 )
-from drake_mobarm.world.sdf import MODELS
 
 ARM = ArmKinematics()
 # Stretched level along x: the arm is a line at the shoulder's height.
@@ -106,9 +108,9 @@ def test_forearm_and_hand_keep_off_the_robots_own_chassis():
         return surroundings.touched(ARM, bases, solutions)
 
     above, inside = CHASSIS_TOP + LINK_RADIUS, CHASSIS_TOP - 0.1
-    assert not hand_down(CHASSIS_RADIUS - 0.05, above + 0.01).all()
-    assert hand_down(CHASSIS_RADIUS - 0.05, inside).all()
-    assert not hand_down(CHASSIS_RADIUS + LINK_RADIUS + 0.01, inside).all()
+    assert not hand_down(RADIUS - 0.05, above + 0.01).all()
+    assert hand_down(RADIUS - 0.05, inside).all()
+    assert not hand_down(RADIUS + LINK_RADIUS + 0.01, inside).all()
 
 
 def test_random_arms_and_boxes_agree_with_the_distance_of_their_lines():
@@ -156,7 +158,7 @@ def test_a_forearm_on_the_chassis_edge_is_touched():
     q = np.array([0.0, 1.37436, -0.236, 0.0, -1.138, 0.0])
     corners = ARM.joint_positions(q) + BASE
     assert corners[2, 0] == pytest.approx(0.255, abs=0.001)
-    assert corners[3, 0] > CHASSIS_RADIUS + 2 * LINK_RADIUS
+    assert corners[3, 0] > RADIUS + 2 * LINK_RADIUS
     assert corners[4, 2] == pytest.approx(corners[3, 2], abs=0.001)
     assert touched([], q)
     # With the forearm level it is clear.
@@ -184,7 +186,7 @@ def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
 
 
 def model_shapes():
-    model = ElementTree.parse(MODELS / "mobile_arm.urdf")
+    model = ElementTree.parse(URDF)
     for link in model.iter("link"):
         for collision in link.iter("collision"):
             yield link.attrib["name"], collision
@@ -210,11 +212,11 @@ def test_the_balls_are_as_thick_as_the_models_links():
 
 
 def test_the_chassis_is_that_of_the_model():
-    model = ElementTree.parse(MODELS / "mobile_arm.urdf")
+    model = ElementTree.parse(URDF)
     chassis = model.find("./link/collision[@name='chassis']")
     shape = chassis.find("geometry/cylinder").attrib
     middle = float(chassis.find("origin").attrib["xyz"].split()[2])
-    assert float(shape["radius"]) == CHASSIS_RADIUS
+    assert float(shape["radius"]) == RADIUS
     top = middle + float(shape["length"]) / 2
     assert top == pytest.approx(CHASSIS_TOP, abs=1e-9)
 

@@ -16,11 +16,10 @@ from pydrake.multibody.tree import BodyIndex, MultibodyForces
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.diagrams.station import STOWED
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.differential_drive import DifferentialDrive
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import STOWED, URDF
 
 SPEED = st.floats(-2, 2)
 PAIR = st.tuples(SPEED, SPEED)
@@ -37,7 +36,7 @@ def add_robot(time_step, ground=False):
             discrete_contact_approximation="lagged" if time_step else "sap",
         ),
     )
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     if ground:
         plant.RegisterCollisionGeometry(
             plant.world_body(),

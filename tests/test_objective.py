@@ -24,7 +24,7 @@ from drake_mobarm.placement.objective import (
     torque_score_derivative,
 )
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import URDF
 
 # Nothing here may warn, singular positions included.
 pytestmark = pytest.mark.filterwarnings("error")
@@ -224,7 +224,7 @@ def test_no_weight_of_zero_makes_nan_of_a_singularity(weight):
 @pytest.fixture(scope="module")
 def plant():
     plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
     plant.Finalize()
     return plant

@@ -18,13 +18,12 @@ from drake_mobarm.placement.objective import (
     PlacementObjective,
 )
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     ToolTarget,
     score_places,
     waist_at,
 )
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, URDF
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -91,7 +90,7 @@ def tool_pose(pose, q):
 @pytest.fixture(scope="module")
 def plant():
     plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
     plant.Finalize()
     return plant

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drake_mobarm.homing.tables import ROOMS
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
+from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import inside, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
@@ -43,9 +43,7 @@ def region_at(grid, radius, point):
 
 def world_grid(name):
     world = load_world(name)
-    return OccupancyGrid.from_outlines(
-        outlines(world.obstacles, *ROBOT_HEIGHTS)
-    )
+    return OccupancyGrid.from_outlines(outlines(world.obstacles, *HEIGHTS))
 
 
 def test_cells_deep_inside_are_occupied_and_cells_well_outside_are_free():

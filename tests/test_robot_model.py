@@ -11,15 +11,11 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.diagrams.station import (
-    ANTENNA_POSITION,
-    STOWED,
-    StationParameters,
-    build_station,
-)
+from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
-from drake_mobarm.world.sdf import MODELS, load_world
+from drake_mobarm.robot.shape import ANTENNA_POSITION, HEIGHTS, STOWED, URDF
+from drake_mobarm.station.parameters import StationParameters
+from drake_mobarm.world.sdf import load_world
 
 PI = math.pi
 
@@ -94,7 +90,7 @@ class Robot:
     def __init__(self):
         builder = DiagramBuilder()
         self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-        Parser(self.plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+        Parser(self.plant).AddModels(str(URDF))
         self.plant.Finalize()
         self.diagram = builder.Build()
 
@@ -361,7 +357,7 @@ def test_stowed_robot_ends_below_what_is_looked_at_for_it(robot):
             half = abs(z) * shape.length() / 2
             half += math.hypot(x, y) * shape.radius()
         tops.append(X_BG.translation()[2] + half)
-    assert 0.5 < max(tops) < ROBOT_HEIGHTS[1]
+    assert 0.5 < max(tops) < HEIGHTS[1]
 
 
 def test_outstretched_arm_leaves_the_bases_disc(robot):
@@ -438,7 +434,7 @@ def test_robot_passes_a_wall_that_its_disc_does_not_reach(tmp_path, face):
         "</collision></link></model></sdf>"
     )
     station = build_station(
-        load_world(str(path)), [0, 0, 0], [3, 0], 1, StationParameters()
+        load_world(str(path)), [0, 0, 0], StationParameters()
     )
     simulator = Simulator(station)
     context = simulator.get_mutable_context()

@@ -98,7 +98,6 @@ def test_every_default_is_spelled_out():
         ("hybrid.tau=0", ParameterError, ["hybrid.tau", "0"]),
         ("station.lidar.rays=1.5", ScenarioError, ["lidar.rays", "int"]),
         ("station.beacon.model=b", ParameterError, ["model", "beacon_1"]),
-        ("station.lidar.range_max=5", ParameterError, ["rules.range_max"]),
         ("hybrid=3", ScenarioError, ["hybrid"]),
         ("noise", ScenarioError, ["noise", "key.path=value"]),
         ("noise=[", ScenarioError, ["noise", "parse"]),

@@ -2,14 +2,16 @@ import json
 
 import pytest
 
+from drake_mobarm import load_scenario
 from drake_mobarm.exceptions import OutputError, ParameterError
 from drake_mobarm.homing.tables import (
     AREA,
     ROOMS,
+    TABLES,
     house_trials,
     open_space_trials,
 )
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS
+from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.runtime.sweep import run_sweep
 from drake_mobarm.runtime.tables import reproduce, summarise
 from drake_mobarm.world.obstacles import clearance, outlines
@@ -70,38 +72,54 @@ def test_another_sweep_in_the_folder_is_not_mixed_in(tmp_path):
         run_sweep(TRIALS, square, store, {"table": "cubes"}, jobs=1)
 
 
+def beacon(trial):
+    return [trial.notes["beacon_x_m"], trial.notes["beacon_y_m"]]
+
+
+def start(trial):
+    return [trial.notes["start_x_m"], trial.notes["start_y_m"]]
+
+
 def test_open_space_has_ten_targets_a_quadrant_the_same_for_every_case():
     trials = list(open_space_trials(0, 40))
     by_case = {}
     for trial in trials:
-        by_case.setdefault(trial["case"], []).append(trial)
+        by_case.setdefault(trial.case, []).append(trial)
     assert len(by_case) == 10
     first = next(iter(by_case.values()))
     for of_case in by_case.values():
-        assert [t["beacon"] for t in of_case] == [t["beacon"] for t in first]
-        assert [t["seed"] for t in of_case] == [t["seed"] for t in first]
-    quadrants = [(t["beacon"][0] > 0, t["beacon"][1] > 0) for t in first]
+        assert [beacon(t) for t in of_case] == [beacon(t) for t in first]
+        assert [t.seed for t in of_case] == [t.seed for t in first]
+    quadrants = [(beacon(t)[0] > 0, beacon(t)[1] > 0) for t in first]
     assert all(quadrants.count(q) == 10 for q in set(quadrants))
     assert len(set(quadrants)) == 4
-    assert all(abs(x) <= AREA for t in first for x in t["beacon"])
-    assert len({t["seed"] for t in first}) == 40
+    assert all(abs(x) <= AREA for t in first for x in beacon(t))
+    assert len({t.seed for t in first}) == 40
 
 
 def test_house_trials_stand_free_in_their_rooms():
-    footprint = outlines(load_world("small_house").obstacles, *ROBOT_HEIGHTS)
+    footprint = outlines(load_world("small_house").obstacles, *HEIGHTS)
     trials = list(house_trials(0, 80))
-    pairs = [(t["start_room"], t["target_room"]) for t in trials]
+    pairs = [(t.notes["start_room"], t.notes["target_room"]) for t in trials]
     assert len(set(pairs)) == 16
     assert all(pairs.count(pair) == 2 * 5 for pair in set(pairs))
     for trial in trials:
         for place, room in (
-            (trial["start"][:2], trial["start_room"]),
-            (trial["beacon"], trial["target_room"]),
+            (start(trial), trial.notes["start_room"]),
+            (beacon(trial), trial.notes["target_room"]),
         ):
             x_min, x_max, y_min, y_max = ROOMS[room]
             assert x_min <= place[0] <= x_max
             assert y_min <= place[1] <= y_max
             assert clearance(footprint, place) > 0.27
+
+
+def test_a_trials_notes_are_what_its_overrides_say():
+    for trial in [*open_space_trials(1, 4), *house_trials(1, 4)]:
+        scenario = load_scenario("homing", trial.overrides)
+        assert scenario.beacon == beacon(trial)
+        assert scenario.start == [*start(trial), trial.notes["start_yaw_rad"]]
+        assert scenario.estimator in trial.case
 
 
 def test_other_seeds_give_other_trials_and_the_same_seed_the_same():
@@ -122,12 +140,15 @@ def test_means_are_over_successes_and_success_over_all():
             "contacts": 2.0,
         }
 
-    (summary,) = summarise([row(True, 0.1), row(True, 0.3), row(False, 9.0)])
+    table = TABLES["2.3"]
+    (summary,) = summarise(
+        table, [row(True, 0.1), row(True, 0.3), row(False, 9.0)]
+    )
     assert summary["success_percent"] == pytest.approx(200 / 3)
     assert summary["mean_goal_position_error_m"] == pytest.approx(0.2)
     assert summary["contacts"] == 6
     assert summary["trials_with_contact"] == 3
-    (nothing,) = summarise([row(False, 1.0)])
+    (nothing,) = summarise(table, [row(False, 1.0)])
     assert nothing["mean_goal_position_error_m"] is None
 
 

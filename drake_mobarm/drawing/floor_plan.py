@@ -7,14 +7,15 @@ from matplotlib.patches import Circle, Polygon
 
 from drake_mobarm.drawing.style import BLUE, GREY
 from drake_mobarm.geometry import Array
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, ROBOT_RADIUS
+from drake_mobarm.robot.shape import HEIGHTS, LIDAR_HEIGHT, RADIUS
 from drake_mobarm.world.obstacles import outlines
-from drake_mobarm.world.sdf import World
+from drake_mobarm.world.world import World
 
 
 def draw_floor_plan(axes: Axes, world: World) -> None:
     """What the robot could touch, grey; what its lidar sees of it, darker."""
-    for heights, color in ((ROBOT_HEIGHTS, "#dadce0"), ((0.2, 0.2), GREY)):
+    scanned = (LIDAR_HEIGHT, LIDAR_HEIGHT)
+    for heights, color in ((HEIGHTS, "#dadce0"), (scanned, GREY)):
         shapes = [Polygon(o) for o in outlines(world.obstacles, *heights)]
         axes.add_collection(
             PatchCollection(shapes, facecolor=color, edgecolor="none", zorder=1)
@@ -32,7 +33,7 @@ def draw_robot(
     axes.add_patch(
         Circle(
             (x, y),
-            ROBOT_RADIUS,
+            RADIUS,
             facecolor="none" if see_through else "white",
             edgecolor=BLUE,
             lw=1.2,
@@ -40,15 +41,15 @@ def draw_robot(
         )
     )
     axes.plot(
-        [x, x + ROBOT_RADIUS * np.cos(yaw)],
-        [y, y + ROBOT_RADIUS * np.sin(yaw)],
+        [x, x + RADIUS * np.cos(yaw)],
+        [y, y + RADIUS * np.sin(yaw)],
         color=BLUE,
         lw=1.2,
         zorder=5,
     )
     axes.annotate(
         label,
-        (x, y - ROBOT_RADIUS),
+        (x, y - RADIUS),
         textcoords="offset points",
         xytext=(0, -9),
         ha="center",
@@ -59,7 +60,7 @@ def draw_robot(
 
 def frame_building(axes: Axes, world: World, points: Array) -> None:
     """Shows the whole building, or the points (n, 2) where there is none."""
-    shapes = outlines(world.obstacles, *ROBOT_HEIGHTS)
+    shapes = outlines(world.obstacles, *HEIGHTS)
     points = np.vstack([points, *shapes])
     low, high = points.min(axis=0) - 0.8, points.max(axis=0) + 0.8
     axes.set_xlim(low[0], high[0])

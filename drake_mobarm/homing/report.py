@@ -11,14 +11,14 @@ from drake_mobarm.drawing.floor_plan import (
     frame_building,
 )
 from drake_mobarm.drawing.style import BLUE, GREEN, STYLE
-from drake_mobarm.runtime.scenarios import HomingScenario
-from drake_mobarm.runtime.simulation import Result
+from drake_mobarm.homing.job import HomingScenario
+from drake_mobarm.job import Report, RunRecord
 from drake_mobarm.world.sdf import load_world
 
 
-def draw_trajectory(result: Result) -> Figure:
+def draw_trajectory(run: RunRecord) -> Figure:
     """The floor plan with the path driven and the estimates on the way."""
-    scenario, trace = result.scenario, result.trace
+    scenario, trace = run.scenario, run.trace
     assert isinstance(scenario, HomingScenario)
     world = load_world(scenario.world)
     with mpl.rc_context(STYLE):
@@ -66,9 +66,9 @@ def draw_trajectory(result: Result) -> Figure:
         frame_building(
             axes, world, np.vstack([path, estimates[-1:], [scenario.beacon]])
         )
-        metrics = result.metrics
+        metrics = run.metrics
         axes.set_title(
-            f"{result.reason}: {metrics['time_to_target_s']:.1f} s, estimate "
+            f"{run.reason}: {metrics['time_to_target_s']:.1f} s, estimate "
             f"off by {100 * metrics['goal_position_error_m']:.1f} cm, path "
             f"efficiency {metrics['path_efficiency']:.2f}",
             loc="left",
@@ -77,14 +77,14 @@ def draw_trajectory(result: Result) -> Figure:
     return figure
 
 
-def describe_homing(result: Result) -> list[tuple[str, str]]:
+def describe_homing(run: RunRecord) -> list[tuple[str, str]]:
     """The figures that matter, each with its label."""
-    m = result.metrics
+    m = run.metrics
     return [
         (
             "time",
             f"{m['time_to_target_s']:.1f} s, "
-            f"{result.real_time_factor:.0f} times real time",
+            f"{run.real_time_factor:.0f} times real time",
         ),
         ("estimate off by", f"{m['goal_position_error_m']:.3f} m"),
         ("robot to beacon", f"{m['final_position_error_m']:.3f} m"),
@@ -95,3 +95,8 @@ def describe_homing(result: Result) -> list[tuple[str, str]]:
         ),
         ("contacts", f"{m['contacts']:.0f}"),
     ]
+
+
+REPORT = Report(
+    picture="trajectory.png", draw=draw_trajectory, describe=describe_homing
+)

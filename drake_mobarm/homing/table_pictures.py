@@ -1,7 +1,6 @@
 """Figures of the homing tables, after Figures 2.2, 2.6, 2.7 and A.1 to A.3."""
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -9,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobarm.drawing.floor_plan import draw_floor_plan
-from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE, STYLE
+from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE
 from drake_mobarm.geometry import Array
 from drake_mobarm.sensors.rssi import (
     BEACONS,
@@ -29,39 +28,31 @@ _METRICS = {
 }
 
 
-def draw_figures(
-    name: str,
-    rows: Sequence[Row],
-    paths: Sequence[list[list[float]]],
-    folder: Path,
-) -> None:
-    """Writes the figures that go with a table.
+def pictures(
+    name: str, rows: Sequence[Row], paths: Sequence[Array]
+) -> dict[str, Callable[[], Figure]]:
+    """The pictures that go with a table, by file name.
 
     Args:
         name: of the table.
         rows: one a trial.
         paths: of each trial, (n, 5): time [s], robot's x and y, estimate's
             x and y [m].
-        folder: where to write.
     """
-    arrays = [np.array(path, dtype=float) for path in paths]
-    figures: dict[str, Callable[[], Figure]] = {
+    return {
         "2.3": {
-            "calibration.png": lambda: draw_calibration(),
-            "trajectories.png": lambda: draw_open_trajectories(rows, arrays),
+            "calibration.png": draw_calibration,
+            "trajectories.png": lambda: draw_open_trajectories(rows, paths),
             "by_location.png": lambda: draw_by_location(rows),
             "by_distance.png": lambda: draw_by_distance(rows),
         },
         "2.4": {
-            "trajectory.png": lambda: draw_house_example(rows, arrays),
-            "all_trajectories.png": lambda: draw_house(rows, arrays),
+            "trajectory.png": lambda: draw_house_example(rows, paths),
+            "all_trajectories.png": lambda: draw_house(rows, paths),
             "by_distance.png": lambda: draw_by_distance(rows),
         },
         "tau": {"tau.png": lambda: draw_tau(rows)},
     }[name]
-    with mpl.rc_context(STYLE):
-        for file, draw in figures.items():
-            draw().savefig(folder / file)
 
 
 def draw_calibration() -> Figure:

@@ -1,22 +1,15 @@
 """Tables 2.3 and 2.4, and the sweep that chose tau of (2.3)."""
 
 import functools
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from drake_mobarm.geometry import Array
-from drake_mobarm.homing.hybrid import HybridParameters
-from drake_mobarm.runtime.scenarios import (
-    ESTIMATORS,
-    ROBOT_HEIGHTS,
-    HomingScenario,
-    load_scenario,
-)
-from drake_mobarm.runtime.simulation import run
-from drake_mobarm.runtime.sweep import Outcome, Trial
+from drake_mobarm.homing.job import ESTIMATORS
+from drake_mobarm.job import Column, RunRecord, Table, Trial
+from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
@@ -43,8 +36,29 @@ TAUS = (1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 20.0)
 
 _PATH_PERIOD = 0.5
 
+COLUMNS = (
+    Column("mean_time_to_target_s", "time [s]", "time_to_target_s"),
+    Column(
+        "mean_net_velocity_m_per_s",
+        "net velocity [m/s]",
+        "net_velocity_m_per_s",
+    ),
+    Column(
+        "mean_goal_position_error_m",
+        "goal position error [m]",
+        "goal_position_error_m",
+    ),
+    Column(
+        "mean_final_position_error_m",
+        "final position error [m]",
+        "final_position_error_m",
+    ),
+    Column("mean_path_efficiency", "path efficiency", "path_efficiency"),
+    Column("contacts", "contacts", "contacts", 0, "trials_with_contact"),
+)
 
-def open_space_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
+
+def open_space_trials(seed: int, count: int) -> Iterator[Trial]:
     """Table 2.3: `count` targets, quadrants in turn, for every case.
 
     All cases meet the same targets with the same seeds.
@@ -55,17 +69,18 @@ def open_space_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
         run_seed = int(rng.integers(2**31))
         for estimator in ESTIMATORS:
             for noise in NOISE_CONFIGURATIONS:
-                yield {
-                    "case": f"{estimator}, configuration {noise}",
-                    "estimator": estimator,
-                    "noise": noise,
-                    "seed": run_seed,
-                    "start": [0.0, 0.0, 0.0],
-                    "beacon": beacon,
-                }
+                yield _trial(
+                    f"{estimator}, configuration {noise}",
+                    run_seed,
+                    [0.0, 0.0, 0.0],
+                    beacon,
+                    *_OPEN_FLOOR,
+                    f"estimator={estimator}",
+                    f"noise={noise}",
+                )
 
 
-def house_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
+def house_trials(seed: int, count: int) -> Iterator[Trial]:
     """Table 2.4: pairs of rooms in turn, each with new places and heading."""
     pairs = [(a, b) for a in ROOMS for b in ROOMS]
     for index in range(count):
@@ -75,19 +90,18 @@ def house_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
         yaw = float(rng.uniform(-np.pi, np.pi))
         run_seed = int(rng.integers(2**31))
         for estimator in ESTIMATORS:
-            yield {
-                "case": estimator,
-                "estimator": estimator,
-                "noise": 5,
-                "seed": run_seed,
-                "start": [*start, yaw],
-                "beacon": beacon,
-                "start_room": start_room,
-                "target_room": target_room,
-            }
+            yield _trial(
+                estimator,
+                run_seed,
+                [*start, yaw],
+                beacon,
+                f"estimator={estimator}",
+                start_room=start_room,
+                target_room=target_room,
+            )
 
 
-def tau_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
+def tau_trials(seed: int, count: int) -> Iterator[Trial]:
     """The open-space targets, with other seeds than Table 2.3's."""
     for index in range(count):
         rng = np.random.default_rng([seed, 20, index])
@@ -95,71 +109,64 @@ def tau_trials(seed: int, count: int) -> Iterator[dict[str, Any]]:
         run_seed = int(rng.integers(2**31))
         for tau in TAUS:
             for noise in NOISE_CONFIGURATIONS:
-                yield {
-                    "case": f"tau {tau:g}, configuration {noise}",
-                    "estimator": "hybrid",
-                    "tau": tau,
-                    "noise": noise,
-                    "seed": run_seed,
-                    "start": [0.0, 0.0, 0.0],
-                    "beacon": beacon,
-                }
+                yield _trial(
+                    f"tau {tau:g}, configuration {noise}",
+                    run_seed,
+                    [0.0, 0.0, 0.0],
+                    beacon,
+                    *_OPEN_FLOOR,
+                    "estimator=hybrid",
+                    f"hybrid.tau={tau}",
+                    f"noise={noise}",
+                )
 
 
-def do_trial(trial: Trial) -> Outcome:
-    """Runs one trial of any of the three.
+def sample_path(run: RunRecord) -> Array:
+    """What the pictures need of a run, every half second.
 
     Returns:
-        "row": what is known of it, and "path": time [s], the robot's x, y and
-        the estimate's x, y [m], every half second.
+        (n, 5): time [s], the robot's x and y, the estimate's x and y [m].
     """
-    in_house = "start_room" in trial
-    # The shipped scenario, as a user would run it.
-    shipped = load_scenario("homing")
-    assert isinstance(shipped, HomingScenario)
-    scenario = replace(
-        shipped,
-        world="small_house" if in_house else "empty",
-        avoidance="rules" if in_house else "none",
-        start=list(trial["start"]),
-        beacon=list(trial["beacon"]),
-        noise=trial["noise"],
-        estimator=trial["estimator"],
-    )
-    if "tau" in trial:
-        scenario = replace(scenario, hybrid=HybridParameters(tau=trial["tau"]))
-    result = run(scenario, trial["seed"])
-    trace = result.trace
+    trace = run.trace
     stride = round(_PATH_PERIOD / (trace["t"][1] - trace["t"][0]))
     kept = np.unique(
         np.append(np.arange(0, len(trace["t"]), stride), len(trace["t"]) - 1)
     )
-    path = np.column_stack(
+    path: Array = np.column_stack(
         [
             trace["t"],
             trace["ground_truth"][:, :2],
             trace["estimated_target"][:, :2],
         ]
     )[kept]
-    x, y, yaw = trial["start"]
-    rooms = {
-        key: trial[key] for key in ("start_room", "target_room") if key in trial
-    }
-    row = {
-        "trial": trial["trial"],
-        "case": trial["case"],
-        "seed": trial["seed"],
-        **rooms,
-        "start_x_m": x,
-        "start_y_m": y,
-        "start_yaw_rad": yaw,
-        "beacon_x_m": trial["beacon"][0],
-        "beacon_y_m": trial["beacon"][1],
-        "success": result.success,
-        "reason": result.reason,
-        **result.metrics,
-    }
-    return {"row": row, "path": np.round(path, 4).tolist()}
+    return path
+
+
+_OPEN_FLOOR = ("world=empty", "avoidance=none")
+
+
+def _trial(
+    case: str,
+    seed: int,
+    start: list[float],
+    beacon: list[float],
+    *overrides: str,
+    **notes: str,
+) -> Trial:
+    x, y, yaw = start
+    return Trial(
+        case=case,
+        seed=seed,
+        overrides=(f"start={start}", f"beacon={beacon}", *overrides),
+        notes=notes
+        | {
+            "start_x_m": x,
+            "start_y_m": y,
+            "start_yaw_rad": yaw,
+            "beacon_x_m": beacon[0],
+            "beacon_y_m": beacon[1],
+        },
+    )
 
 
 def _target_in_quadrant(rng: np.random.Generator, quadrant: int) -> list[float]:
@@ -194,11 +201,100 @@ def _places(
 def _reachable_floor() -> Array:
     """Cell centres [m], (n, 2), of the house's largest connected floor."""
     world = load_world("small_house")
-    grid = OccupancyGrid.from_outlines(
-        outlines(world.obstacles, *ROBOT_HEIGHTS)
-    )
+    grid = OccupancyGrid.from_outlines(outlines(world.obstacles, *HEIGHTS))
     regions = grid.regions(STAND_RADIUS)
     indoors = np.bincount(regions.ravel())
     indoors[:2] = 0
     floor: Array = grid.centres()[regions == np.argmax(indoors)]
     return floor
+
+
+def _pictures(
+    name: str,
+) -> Callable[
+    [Sequence[dict[str, Any]], Sequence[Array]],
+    Mapping[str, Callable[[], Any]],
+]:
+    def draw(
+        rows: Sequence[dict[str, Any]], paths: Sequence[Array]
+    ) -> Mapping[str, Callable[[], Any]]:
+        # matplotlib is imported when a picture is made.
+        from drake_mobarm.homing.table_pictures import pictures
+
+        return pictures(name, rows, paths)
+
+    return draw
+
+
+_DISSERTATION = ("success_percent", *(c.name for c in COLUMNS))
+
+
+def _table_2_3(case: str) -> dict[str, float]:
+    columns = {
+        "1": (100, 14.24, 0.62, 0.05, 0.25, 0.90),
+        "2": (100, 12.68, 0.57, 0.05, 0.24, 0.88),
+        "3": (100, 12.10, 0.60, 0.06, 0.25, 0.90),
+        "4": (100, 12.85, 0.60, 0.06, 0.25, 0.89),
+        "5": (100, 12.27, 0.57, 0.11, 0.15, 0.91),
+    }
+    return dict(zip(_DISSERTATION, columns[case[-1]], strict=False))
+
+
+def _table_2_4(case: str) -> dict[str, float]:
+    figures = (96, 44.91, 0.22, 0.12, 0.23, 0.69)
+    return dict(zip(_DISSERTATION, figures, strict=False))
+
+
+_DEFINITIONS = (
+    "A run ends at the first check (0.05 s) after the estimator says that it "
+    "has arrived; errors are against the true position of the beacon, "
+    "odometry's drift included."
+)
+_OPEN_SPACE = (
+    "The same targets for every case, at least 1 m from the start. "
+    + _DEFINITIONS
+)
+_HOUSE = (
+    "Start and target are where a disc of 0.28 m radius can stand, on the "
+    "house's connected floor, at least 1 m apart. " + _DEFINITIONS
+)
+
+TABLES = {
+    name: Table(
+        title=title,
+        conditions=conditions,
+        scenario="homing",
+        trials=trials,
+        make_trials=make_trials,
+        columns=COLUMNS,
+        dissertation=dissertation,
+        sample=sample_path,
+        draw=_pictures(name),
+    )
+    for name, title, conditions, trials, make_trials, dissertation in (
+        (
+            "2.3",
+            "Table 2.3: homing in open space",
+            _OPEN_SPACE,
+            40,
+            open_space_trials,
+            _table_2_3,
+        ),
+        (
+            "2.4",
+            "Table 2.4: homing in the small house, configuration 5",
+            _HOUSE,
+            80,
+            house_trials,
+            _table_2_4,
+        ),
+        (
+            "tau",
+            "Choosing tau of (2.3), for the hybrid estimator",
+            _OPEN_SPACE,
+            20,
+            tau_trials,
+            _table_2_3,
+        ),
+    )
+}

@@ -12,16 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_mobarm.geometry import Array, wrap_angle
-from drake_mobarm.placement.collision import (
-    CHASSIS_RADIUS,
-    CHASSIS_TOP,
-    LINK_RADIUS,
-    Surroundings,
-)
+from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.objective import PlacementObjective, Scores
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     PlaceScores,
     ToolTarget,
     score_places,
@@ -31,6 +25,12 @@ from drake_mobarm.placement.stand_program import (
     MAX_MOVE,
     StandProgram,
     turns_freely,
+)
+from drake_mobarm.robot.shape import (
+    ARM_BASE_HEIGHT,
+    CHASSIS_TOP,
+    LINK_RADIUS,
+    RADIUS,
 )
 
 # Distance of the places that are tried besides the map's squares [m].
@@ -114,7 +114,7 @@ def find_best_stand(
     low = target.p_WT[2] < CHASSIS_TOP + LINK_RADIUS
     keep_off = 0.0
     if surroundings is not None and low:
-        keep_off = CHASSIS_RADIUS + LINK_RADIUS
+        keep_off = RADIUS + LINK_RADIUS
     lattice = _lattice(objective, target)
     around = score(lattice)
     inside = free.contains(lattice)

@@ -17,23 +17,8 @@ from scipy.spatial import ConvexHull
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.arm_parameters import JOINTS
+from drake_mobarm.robot.shape import GRIPPER, LINK_RADIUS, RADIUS, WAIST_COLUMN
 from drake_mobarm.world.obstacles import Obstacle
-
-CHASSIS_RADIUS = 0.27
-"""Of the robot's chassis [m]."""
-
-CHASSIS_TOP = 0.2965
-"""Its height over the floor [m]."""
-
-LINK_RADIUS = 0.04
-"""Of the balls along the arm's links: the thickest, and 1 cm to be safe [m]."""
-
-GRIPPER = (0.0955, 0.042)
-"""Where two more balls stand for the gripper's width: from the wrist's centre
-along the approach, and to either side along the tool's y axis [m]."""
-
-COLUMN = (0.05, 0.132)
-"""Radius and height over the arm's base of the waist's column [m]."""
 
 TIP_LENGTH = 0.06
 """The last of the hand, which may touch what the tool works on [m]."""
@@ -110,9 +95,9 @@ def _touches_itself(
     outwards = np.hypot(balls[..., 0], balls[..., 1])
     # The chassis ends where the arm's base begins.
     gap = np.hypot(
-        np.maximum(outwards - CHASSIS_RADIUS, 0), np.maximum(balls[..., 2], 0)
+        np.maximum(outwards - RADIUS, 0), np.maximum(balls[..., 2], 0)
     )
-    radius, height = COLUMN
+    radius, height = WAIST_COLUMN
     column = np.hypot(
         np.maximum(outwards - radius, 0), np.maximum(balls[..., 2] - height, 0)
     )

@@ -14,7 +14,7 @@ from shapely.geometry.polygon import orient
 from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.world.obstacles import outline, signed_distance
-from drake_mobarm.world.sdf import World
+from drake_mobarm.world.world import World
 
 _MARGIN = 1.0
 _DISC_SIDES = 32

@@ -14,9 +14,7 @@ from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.arm_parameters import JOINTS
 from drake_mobarm.robot.arm_solver import SOLUTIONS
 from drake_mobarm.robot.batches import check_directions
-
-ARM_BASE_HEIGHT = 0.2965
-"""Of the arm's base over the floor [m], in the axle's middle, as the base."""
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT
 
 
 @dataclass(frozen=True, kw_only=True)

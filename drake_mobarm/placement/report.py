@@ -19,10 +19,11 @@ from drake_mobarm.drawing.floor_plan import (
 )
 from drake_mobarm.drawing.style import GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.geometry import Array
+from drake_mobarm.job import Report, RunRecord
+from drake_mobarm.placement.job import PlacementScenario
 from drake_mobarm.placement.planner import Placement
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.runtime.scenarios import ROBOT_HEIGHTS, PlacementScenario
-from drake_mobarm.runtime.simulation import Result
+from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.sdf import load_world
 
@@ -34,11 +35,11 @@ _CLOSE = 1.15
 _SHADED_UP_TO = 4.0
 
 
-def draw_map(result: Result) -> Figure:
+def draw_map(run: RunRecord) -> Figure:
     """The objective over the floor plan, and the chosen stand."""
-    scenario = result.scenario
+    scenario = run.scenario
     assert isinstance(scenario, PlacementScenario)
-    placement: Placement = result.outputs["placement"]
+    placement: Placement = run.outputs["placement"]
     world = load_world(scenario.world)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.6), layout="constrained")
@@ -58,7 +59,7 @@ def draw_map(result: Result) -> Figure:
         x, y, z = scenario.target
         # What the base passes under and the arm does not.
         for shape in outlines(
-            world.obstacles, ROBOT_HEIGHTS[1], max(z, ROBOT_HEIGHTS[1]) + 0.2
+            world.obstacles, HEIGHTS[1], max(z, HEIGHTS[1]) + 0.2
         ):
             close.add_patch(
                 Polygon(shape, fill=False, color=GREY, lw=0.8, ls="--")
@@ -78,14 +79,14 @@ def draw_map(result: Result) -> Figure:
             ticks = _ticks(placement.objective[0])
             bar.set_ticks(ticks, labels=[f"{t:g}" for t in ticks])
             bar.ax.minorticks_off()
-        reason = textwrap.fill(result.reason, _LINE)
+        reason = textwrap.fill(run.reason, _LINE)
         figure.suptitle(reason, x=0.01, ha="left", fontsize=10)
     return figure
 
 
-def describe_placement(result: Result) -> list[tuple[str, str]]:
+def describe_placement(run: RunRecord) -> list[tuple[str, str]]:
     """The figures that matter, each with its label."""
-    m = result.metrics
+    m = run.metrics
     lines = [
         (
             "free squares",
@@ -94,7 +95,7 @@ def describe_placement(result: Result) -> list[tuple[str, str]]:
         ),
         ("in reach", f"{m['attractive_squares']:.0f} of them"),
     ]
-    placement: Placement = result.outputs["placement"]
+    placement: Placement = run.outputs["placement"]
     if placement.stand is None:
         return lines
     if len(placement.squares):
@@ -124,9 +125,9 @@ def describe_placement(result: Result) -> list[tuple[str, str]]:
     ]
 
 
-def write_squares(result: Result, folder: Path) -> None:
+def write_squares(run: RunRecord, folder: Path) -> None:
     """The attractive squares with their values, the best first."""
-    placement: Placement = result.outputs["placement"]
+    placement: Placement = run.outputs["placement"]
     with (folder / "squares.csv").open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["x_m", "y_m", "objective"])
@@ -200,3 +201,11 @@ def _draw_arm(axes: Axes, placement: Placement) -> None:
 def _ticks(best: float) -> list[float]:
     values = best * np.geomspace(1, _SHADED_UP_TO, 5)
     return [float(f"{v:.2g}") for v in values]
+
+
+REPORT = Report(
+    picture="map.png",
+    draw=draw_map,
+    describe=describe_placement,
+    write_more=write_squares,
+)

@@ -23,11 +23,11 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.placement.objective_map import (
-    ARM_BASE_HEIGHT,
     ToolTarget,
     waist_at,
 )
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT
 from drake_mobarm.world.obstacles import signed_distance
 
 MAX_MOVE = 0.15

@@ -4,18 +4,23 @@ import contextlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from drake_mobarm.exceptions import OutputError
 
 
 @contextlib.contextmanager
-def staged_folder(folder: Path) -> Iterator[Path]:
+def staged_folder(folder: Path, replaced: Sequence[str] = ()) -> Iterator[Path]:
     """A scratch folder whose files move to `folder` when all are written.
 
     Opened before the work begins, so that a folder that cannot be written is
     known at once; whatever interrupts the work leaves nothing behind.
+
+    Args:
+        folder: where the files go.
+        replaced: names of files that an earlier result may have left there
+            and that are removed where the new one has none.
 
     Raises:
         OutputError: the folder cannot be written.
@@ -31,8 +36,12 @@ def staged_folder(folder: Path) -> Iterator[Path]:
     try:
         yield stage
         folder.mkdir(parents=True, exist_ok=True)
+        new = {file.name for file in stage.iterdir()}
         for file in sorted(stage.iterdir()):
             os.replace(file, folder / file.name)
+        for name in replaced:
+            if name not in new:
+                (folder / name).unlink(missing_ok=True)
     except OSError as error:
         raise OutputError(
             f"output folder {folder} cannot be written: {error.strerror}"

@@ -5,205 +5,25 @@ import dataclasses
 import math
 import typing
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-import numpy as np
 import yaml
-from pydrake.common.yaml import yaml_dump_typed
 
-from drake_mobarm.checks import require
-from drake_mobarm.diagrams.station import StationParameters
-from drake_mobarm.driving.waypoint import ControllerParameters
+from drake_mobarm import diagrams
 from drake_mobarm.exceptions import ParameterError, ScenarioError
-from drake_mobarm.homing.avoidance import AvoidanceParameters
-from drake_mobarm.homing.filter import FilterParameters
-from drake_mobarm.homing.hybrid import HybridParameters
-from drake_mobarm.placement.objective import (
-    ObjectiveParameters,
-    PlacementObjective,
-)
-from drake_mobarm.placement.objective_map import ToolTarget
-from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
-from drake_mobarm.world.obstacles import clearance, outlines
-from drake_mobarm.world.occupancy import OccupancyGrid
-from drake_mobarm.world.sdf import World, load_world
-
-DIAGRAMS = Path(__file__).resolve().parent / "diagrams"
-ESTIMATORS = ("hybrid", "filter")
-AVOIDANCES = ("none", "rules")
-GRIDS = ("optimised", "plain")
-ROBOT_RADIUS = 0.27
-ROBOT_HEIGHTS = (0.01, 0.6)
-"""Between these heights [m] the robot, its arm stowed, can touch things."""
-
-_ROOM_AREA = 4.0
-
-
-@dataclass(kw_only=True)
-class HomingScenario:
-    """Find a beacon and drive to it (chapter 2).
-
-    Attributes:
-        diagram: the diagram that this scenario is for.
-        world: a shipped world's name or the path of an SDF.
-        start: X_WB of the base, [x, y, yaw] in m and rad.
-        beacon: p_WT, where the beacon is [m], unknown to the robot.
-        noise: of its readings, a configuration of Table 2.2.
-        estimator: `hybrid` (the dissertation's) or `filter` (ours).
-        avoidance: `rules`, or `none` to drive straight at the estimate.
-        time_limit: after which the run ends without success [s].
-        calibration_noise: standard deviation of the RSSI samples that the
-            beacon's calibration is fitted from [dB].
-        station: how the robot is simulated, sensed and driven.
-        hybrid: parameters of that estimator.
-        filter: parameters of that estimator.
-        rules: parameters of the obstacle avoidance.
-        controller: parameters of the proportional controller.
-    """
-
-    diagram: str = "homing"
-    world: str = "empty"
-    start: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    beacon: list[float] = field(default_factory=lambda: [5.0, 3.0])
-    noise: int = 5
-    estimator: str = "filter"
-    avoidance: str = "none"
-    time_limit: float = 120.0
-    calibration_noise: float = 1.0
-    station: StationParameters = field(default_factory=StationParameters)
-    hybrid: HybridParameters = field(default_factory=HybridParameters)
-    filter: FilterParameters = field(default_factory=FilterParameters)
-    rules: AvoidanceParameters = field(default_factory=AvoidanceParameters)
-    controller: ControllerParameters = field(
-        default_factory=ControllerParameters
-    )
-
-    def __post_init__(self) -> None:
-        _require_pose(self.start)
-        require(
-            len(self.beacon) == 2 and bool(np.isfinite(self.beacon).all()),
-            "beacon",
-            self.beacon,
-            "[x, y], finite, in m",
-        )
-        require(
-            self.noise in NOISE_CONFIGURATIONS,
-            "noise",
-            self.noise,
-            "a configuration of Table 2.2: "
-            + ", ".join(map(str, NOISE_CONFIGURATIONS)),
-        )
-        for name, valid in (
-            ("estimator", ESTIMATORS),
-            ("avoidance", AVOIDANCES),
-        ):
-            value = getattr(self, name)
-            require(value in valid, name, value, " or ".join(valid))
-        require(
-            self.rules.range_max == self.station.lidar.range_max,
-            "rules.range_max",
-            self.rules.range_max,
-            f"station.lidar.range_max, {self.station.lidar.range_max} m",
-        )
-        require(
-            0 < self.time_limit <= 3600,
-            "time_limit",
-            self.time_limit,
-            "above 0, up to 3600 s",
-        )
-        require(
-            0 <= self.calibration_noise < 20,
-            "calibration_noise",
-            self.calibration_noise,
-            "0 dB or more, below 20 dB",
-        )
-
-
-@dataclass(kw_only=True)
-class PlacementScenario:
-    """Choose where to stand for a tool target (4.3.1 to 4.3.3).
-
-    Attributes:
-        diagram: the diagram that this scenario is for.
-        world: a shipped world's name or the path of an SDF.
-        start: X_WB of the base, [x, y, yaw] in m and rad; it can only stand
-            where it can drive to from here.
-        target: p_WT of the tool's tip [m].
-        approach: the tool's x axis in W, a unit vector.
-        heading: of the base at the stand [rad], one number; empty where it
-            may choose.
-        avoid_collisions: whether the arm keeps out of furniture and off the
-            robot itself; the dissertation's map does not look.
-        grid: `optimised` (4.3.3) or `plain` squares.
-        grid_size: edge length of a square [m].
-        replan_distance: how far the target has to move for a new plan [m].
-        objective: what counts as a good place.
-    """
-
-    diagram: str = "placement"
-    world: str = "empty"
-    start: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
-    target: list[float] = field(default_factory=lambda: [2.0, 1.0, 0.6])
-    approach: list[float] = field(default_factory=lambda: [0.0, 0.0, -1.0])
-    heading: list[float] = field(default_factory=list)
-    avoid_collisions: bool = True
-    grid: str = "optimised"
-    grid_size: float = 0.2
-    replan_distance: float = 0.05
-    objective: ObjectiveParameters = field(default_factory=ObjectiveParameters)
-
-    time_limit: ClassVar[float] = 1.0
-    """The plan is there at once; nothing moves [s]."""
-
-    def __post_init__(self) -> None:
-        _require_pose(self.start)
-        ToolTarget(position=self.target, approach=self.approach)
-        require(
-            max(map(abs, self.target)) <= 1000,
-            "target",
-            self.target,
-            "within 1000 m of W's origin",
-        )
-        PlacementObjective(ArmKinematics(), self.objective)
-        require(
-            len(self.heading) <= 1 and bool(np.isfinite(self.heading).all()),
-            "heading",
-            self.heading,
-            "[yaw], finite, in rad, or empty",
-        )
-        require(self.grid in GRIDS, "grid", self.grid, " or ".join(GRIDS))
-        require(
-            0.05 <= self.grid_size <= 2,
-            "grid_size",
-            self.grid_size,
-            "0.05 to 2 m",
-        )
-        require(
-            0 <= self.replan_distance < np.inf,
-            "replan_distance",
-            self.replan_distance,
-            "0 m or more",
-        )
-
-
-Scenario = HomingScenario | PlacementScenario
-
-SCENARIO_TYPES: dict[str, type[Any]] = {
-    "homing": HomingScenario,
-    "placement": PlacementScenario,
-}
-"""The scenario type of each diagram, by its name."""
+from drake_mobarm.job import Job, find_job, job_names
+from drake_mobarm.runtime.own_diagram import load_own_diagram
+from drake_mobarm.world.places import check_places
+from drake_mobarm.world.sdf import load_world
 
 
 def scenario_names() -> list[str]:
     """The shipped scenarios' names."""
-    return sorted(path.stem for path in DIAGRAMS.glob("*.yaml"))
+    return sorted(_shipped())
 
 
-def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     """Reads a scenario and checks it.
 
     Args:
@@ -211,11 +31,12 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
         overrides: "key.path=value" each, the value in YAML.
 
     Returns:
-        The scenario, of the type that its diagram needs.
+        The scenario, of the dataclass that its diagram's job has for it.
 
     Raises:
-        ScenarioError: there is no such scenario, it does not parse, or holds
-            an unknown key or a wrong type.
+        ScenarioError: there is no such scenario, it does not parse, lacks a
+            key, or holds an unknown one or a wrong type; or its own diagram
+            cannot be loaded.
         ParameterError: a value is out of its range.
         WorldError: the world cannot be used.
     """
@@ -224,68 +45,56 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Scenario:
     for override in overrides:
         _override(values, override)
     kind = values.get("diagram")
-    if not isinstance(kind, str) or kind not in SCENARIO_TYPES:
+    if isinstance(kind, str) and kind.endswith(".py"):
+        # As seen from the scenario's file, like everything that is beside it.
+        values["diagram"] = kind = str((path.parent / kind).resolve())
+    elif kind not in job_names():
         raise ScenarioError(
-            f"{path}: diagram is {kind!r}: valid is {', '.join(SCENARIO_TYPES)}"
+            f"{path}: diagram is {kind!r}: valid is "
+            f"{', '.join(job_names())}, or the path of a .py file"
         )
-    scenario: Scenario = _make(SCENARIO_TYPES[kind], values, name_or_path, "")
-    check_places(scenario, load_world(scenario.world))
+    job = job_of_diagram(kind)
+    scenario = _make(job.scenario, values, name_or_path, "")
+    places = job.places(scenario)
+    if places:
+        check_places(load_world(scenario.world), places)
     return scenario
 
 
-def dump_scenario(scenario: Scenario) -> str:
+def job_of_diagram(diagram: str) -> Job:
+    """The job of a scenario's `diagram`: a shipped one's or a user's own.
+
+    Raises:
+        ScenarioError: a user's own diagram cannot be loaded.
+    """
+    if diagram.endswith(".py"):
+        return load_own_diagram(Path(diagram))
+    return find_job(diagram)
+
+
+def dump_scenario(scenario: Any) -> str:
     """The scenario as YAML, every default spelled out."""
-    text: str = yaml_dump_typed(scenario)
+    values = dataclasses.asdict(scenario)
+    # The job's own parameters, which the scenario's class inherits, go last.
+    own = type(scenario).__annotations__
+    ordered = sorted(values, key=lambda key: key not in own)
+    text: str = yaml.safe_dump(
+        {key: values[key] for key in ordered}, sort_keys=False
+    )
     return text
 
 
-def check_places(scenario: Scenario, world: World) -> None:
-    """Refuses places where the run could not make sense.
-
-    Raises:
-        ScenarioError: the robot would start inside an obstacle or outside
-            the walls, or the beacon is inside an obstacle or outside.
-    """
-    footprint = outlines(world.obstacles, *ROBOT_HEIGHTS)
-    start = np.array(scenario.start[:2])
-    room = float(clearance(footprint, start))
-    if room <= ROBOT_RADIUS:
-        raise ScenarioError(
-            f"start {scenario.start} is inside an obstacle of {world.name}: "
-            f"{room:.2f} m are free around it, the robot needs "
-            f"{ROBOT_RADIUS} m"
-        )
-    places = {"start": start}
-    if isinstance(scenario, HomingScenario):
-        places["beacon"] = beacon = np.array(scenario.beacon)
-        if float(clearance(footprint, beacon)) <= 0:
-            raise ScenarioError(
-                f"beacon {scenario.beacon} is inside an obstacle of "
-                f"{world.name}"
-            )
-    # Walls are whatever closes off a room's worth of floor from outside.
-    grid = OccupancyGrid.from_outlines(footprint)
-    regions = grid.regions(0.0)
-    indoors = np.sum(regions >= 2) * grid.cell**2 > _ROOM_AREA
-    for name, place in places.items():
-        if indoors and regions[grid.index(place)] == 1:
-            raise ScenarioError(
-                f"{name} {place.tolist()} is outside the walls of {world.name}"
-            )
-
-
-def _require_pose(start: list[float]) -> None:
-    require(
-        len(start) == 3 and bool(np.isfinite(start).all()),
-        "start",
-        start,
-        "[x, y, yaw], finite, in m and rad",
-    )
+def _shipped() -> dict[str, Path]:
+    return {
+        path.stem: path
+        for folder in diagrams.__path__
+        for path in Path(folder).glob("*.yaml")
+    }
 
 
 def _find(name_or_path: str) -> Path:
-    if name_or_path in scenario_names():
-        return DIAGRAMS / f"{name_or_path}.yaml"
+    if name_or_path in _shipped():
+        return _shipped()[name_or_path]
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml") and path.is_file():
         return path
@@ -335,13 +144,21 @@ def _make(kind: type[Any], values: Any, where: str, prefix: str) -> Any:
     if not isinstance(values, dict):
         raise ScenarioError(f"{where}: {prefix[:-1]} needs keys and values")
     kinds = typing.get_type_hints(kind)
-    names = [f.name for f in dataclasses.fields(kind)]
+    fields = dataclasses.fields(kind)
+    names = [f.name for f in fields]
     for key in values:
         if key not in names:
             raise ScenarioError(
                 f"{where}: unknown key {prefix}{key}: valid are "
                 f"{', '.join(prefix + name for name in names)}"
             )
+    for f in fields:
+        needed = (
+            f.default is dataclasses.MISSING
+            and f.default_factory is dataclasses.MISSING
+        )
+        if needed and f.name not in values:
+            raise ScenarioError(f"{where}: {prefix}{f.name} is missing")
     checked = {
         key: _check_value(kinds[key], value, where, f"{prefix}{key}")
         for key, value in values.items()

@@ -1,102 +1,59 @@
 """Runs a scenario: simulate, watch for the end, log, record."""
 
-import importlib
-import json
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from pydrake.common import RandomGenerator
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, Diagram
+from pydrake.systems.framework import Context, Diagram, System
 from pydrake.systems.primitives import VectorLogSink
 
 from drake_mobarm.checks import require
+from drake_mobarm.diagrams.wiring import NO_BLOCKS, TRACE
 from drake_mobarm.drawing.stage import FRAMES_PER_SECOND
+from drake_mobarm.exceptions import BlockError
 from drake_mobarm.geometry import Array
-from drake_mobarm.job import TASKS
-from drake_mobarm.runtime.scenarios import Scenario
+from drake_mobarm.job import Job, Trace, Verdict, judge_by_done, spawn_seeds
+from drake_mobarm.runtime.result import Result
+from drake_mobarm.runtime.scenarios import job_of_diagram
 
-_LOG_PREFIX = "trace."
 _CHECK_PERIOD = 0.05
 
 
-@dataclass(frozen=True, kw_only=True)
-class Result:
-    """What came out of a run.
-
-    Attributes:
-        scenario: as it was run.
-        seed: of all noise.
-        success: whether the robot did its job.
-        reason: why, or why not.
-        simulated_s: simulated time [s].
-        wall_s: time that it took [s], building not included.
-        metrics: name to number, SI units in the name.
-        trace: `t` (n,) and a signal's (n, size) each.
-        outputs: the diagram's outputs at the end, by name.
-        recording: self-contained HTML, if asked for.
-        diagram_dot: the block diagram in DOT.
-    """
-
-    scenario: Scenario
-    seed: int
-    success: bool
-    reason: str
-    simulated_s: float
-    wall_s: float
-    metrics: dict[str, float]
-    trace: dict[str, Array]
-    outputs: dict[str, Any]
-    recording: str | None
-    diagram_dot: str
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated seconds a second."""
-        return self.simulated_s / self.wall_s
-
-    def summary(self) -> str:
-        """The run in JSON; a metric without a value is null."""
-        metrics = {
-            name: value if np.isfinite(value) else None
-            for name, value in self.metrics.items()
-        }
-        return json.dumps(
-            {
-                "scenario": self.scenario.diagram,
-                "seed": self.seed,
-                "success": self.success,
-                "reason": self.reason,
-                "simulated_s": self.simulated_s,
-                "wall_s": self.wall_s,
-                "real_time_factor": self.real_time_factor,
-                "metrics": metrics,
-            },
-            indent=2,
-        )
-
-
 def build_diagram(
-    scenario: Scenario,
-    calibration_seed: int = 0,
+    scenario: Any,
+    *,
+    seed: int = 0,
     meshcat: Meshcat | None = None,
+    blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
-    """Builds the diagram that a scenario names."""
-    module = importlib.import_module(
-        f"drake_mobarm.diagrams.{scenario.diagram}"
-    )
-    diagram: Diagram = module.build(scenario, calibration_seed, meshcat)
-    return diagram
+    """Builds the diagram that a scenario names.
+
+    Args:
+        scenario: from `load_scenario`.
+        seed: of all noise that the diagram is built with; the rest is in its
+            context.
+        meshcat: where to draw, if anywhere.
+        blocks: systems that take the places of shipped blocks, by name.
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+    """
+    job = job_of_diagram(scenario.diagram)
+    return _build(job, scenario, seed, meshcat, blocks)
 
 
 def run(
-    scenario: Scenario,
+    scenario: Any,
     seed: int = 0,
     *,
+    blocks: Mapping[str, System] = NO_BLOCKS,
+    build: Callable[..., Diagram] | None = None,
+    judge: Callable[[Any, Trace, Mapping[str, Any]], Verdict] = judge_by_done,
     record: bool = False,
     live: bool = False,
     on_progress: Callable[[float], None] | None = None,
@@ -105,25 +62,44 @@ def run(
     """Simulates a scenario until its job is done or its time is up.
 
     Args:
-        scenario: what to run.
+        scenario: what to run, from `load_scenario`.
         seed: of all noise; the same one gives the same trace, to the bit.
+        blocks: systems that take the places of shipped blocks, by name. A
+            system is part of one diagram: make a new one for each run.
+        build: builds another diagram than the scenario names: called as
+            `build(scenario, seed=..., meshcat=...)`, and with `blocks` where
+            there are any. The diagram needs an output `done` (1) that ends
+            the run; its VectorLogSinks give the trace.
+        judge: of `build`'s diagram; by default it succeeds when it is done.
         record: whether to keep an HTML recording.
         live: whether to show the run in a browser, at real time.
         on_progress: called with the simulated time [s] now and then.
         on_live: called with the address to open, once it is there.
+
+    Raises:
+        ParameterError: the seed is not valid.
+        BlockError: a block's ports do not fit, or its name is unknown; or
+            the diagram has no output `done`.
     """
     require(0 <= seed < 2**63, "seed", seed, "a whole number, 0 or more")
-    calibration_seed, noise_seed = (
-        int(s) for s in np.random.SeedSequence(seed).generate_state(2)
-    )
-    task = TASKS[scenario.diagram]
+    if build is None:
+        job = job_of_diagram(scenario.diagram)
+    else:
+        job = Job(
+            name=getattr(build, "__name__", "own"),
+            scenario=type(scenario),
+            judge=judge,
+            module=SimpleNamespace(build=build),
+        )
     meshcat = Meshcat() if record or live else None
-    diagram = build_diagram(scenario, calibration_seed, meshcat)
+    diagram = _build(job, scenario, seed, meshcat, blocks)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
-    diagram.SetRandomContext(context, RandomGenerator(noise_seed))
+    diagram.SetRandomContext(context, RandomGenerator(spawn_seeds(seed)[1]))
     if meshcat is not None:
-        task.set_stage(meshcat, scenario)
+        set_stage = job.find("view", "set_stage")
+        if set_stage is not None:
+            set_stage(meshcat, scenario)
         meshcat.StartRecording(FRAMES_PER_SECOND)
         if live:
             simulator.set_target_realtime_rate(1.0)
@@ -152,19 +128,20 @@ def run(
             diagram.get_output_port, range(diagram.num_output_ports())
         )
     }
-    success, reason, metrics = task.judge(scenario, trace, outputs)
+    verdict = job.judge(scenario, trace, outputs)
     return Result(
         scenario=scenario,
         seed=seed,
-        success=success,
-        reason=reason,
+        success=verdict.success,
+        reason=verdict.reason,
         simulated_s=context.get_time(),
         wall_s=wall,
-        metrics=metrics,
+        metrics=verdict.metrics,
         trace=trace,
         outputs=outputs,
+        job=job,
         recording=recording,
-        diagram_dot=diagram.GetGraphvizString(max_depth=1),
+        diagram_dot=diagram.GetGraphvizString(max_depth=2),
     )
 
 
@@ -175,6 +152,25 @@ def read_trace(diagram: Diagram, context: Context) -> dict[str, Array]:
         if isinstance(system, VectorLogSink):
             log = system.FindLog(context)
             trace["t"] = log.sample_times().copy()
-            name = system.get_name().removeprefix(_LOG_PREFIX)
+            name = system.get_name().removeprefix(TRACE)
             trace[name] = log.data().T.copy()
     return trace
+
+
+def _build(
+    job: Job,
+    scenario: Any,
+    seed: int,
+    meshcat: Meshcat | None,
+    blocks: Mapping[str, System],
+) -> Diagram:
+    exchanged = {"blocks": blocks} if blocks else {}
+    diagram: Diagram = job.build(
+        scenario, seed=seed, meshcat=meshcat, **exchanged
+    )
+    if not diagram.HasOutputPort("done"):
+        raise BlockError(
+            f"the diagram {job.name!r} has no output port 'done': it ends a "
+            "run when it is above 0.5"
+        )
+    return diagram

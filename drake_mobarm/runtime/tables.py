@@ -1,11 +1,11 @@
-"""`mobarm reproduce`: the tables there are, and a table's folder."""
+"""`mobarm reproduce`: a table's trials, and its folder."""
 
 import csv
 import io
 import json
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import shlex
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -14,101 +14,13 @@ import numpy as np
 
 from drake_mobarm.checks import require
 from drake_mobarm.exceptions import ParameterError
-from drake_mobarm.experiments import homing
+from drake_mobarm.job import Table, Trial, find_tables
 from drake_mobarm.runtime.output import staged_folder
 from drake_mobarm.runtime.scenarios import dump_scenario, load_scenario
-from drake_mobarm.runtime.sweep import Outcome, Trial, run_sweep
+from drake_mobarm.runtime.simulation import run
+from drake_mobarm.runtime.sweep import Outcome, run_sweep
 
 Row = dict[str, Any]
-
-_MEANS = {
-    "mean_time_to_target_s": "time_to_target_s",
-    "mean_net_velocity_m_per_s": "net_velocity_m_per_s",
-    "mean_goal_position_error_m": "goal_position_error_m",
-    "mean_final_position_error_m": "final_position_error_m",
-    "mean_path_efficiency": "path_efficiency",
-}
-_COLUMNS = ("success_percent", *_MEANS, "contacts")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Table:
-    """An experiment: its trials, and what the dissertation got.
-
-    Attributes:
-        title: what it is.
-        conditions: what the trials are, where the text leaves it open.
-        trials: full number of trials a case.
-        make_trials: gives every case's trials for a seed and a number.
-        do_trial: runs one.
-        dissertation: the dissertation's figures of a case, by its name.
-    """
-
-    title: str
-    conditions: str
-    trials: int
-    make_trials: Callable[[int, int], Iterator[dict[str, Any]]]
-    do_trial: Callable[[Trial], Outcome]
-    dissertation: Callable[[str], Mapping[str, float]]
-
-
-def _table_2_3(case: str) -> dict[str, float]:
-    columns = {
-        "1": (100, 14.24, 0.62, 0.05, 0.25, 0.90),
-        "2": (100, 12.68, 0.57, 0.05, 0.24, 0.88),
-        "3": (100, 12.10, 0.60, 0.06, 0.25, 0.90),
-        "4": (100, 12.85, 0.60, 0.06, 0.25, 0.89),
-        "5": (100, 12.27, 0.57, 0.11, 0.15, 0.91),
-    }
-    return dict(zip(_COLUMNS, columns[case[-1]], strict=False))
-
-
-def _table_2_4(case: str) -> dict[str, float]:
-    return dict(
-        zip(_COLUMNS, (96, 44.91, 0.22, 0.12, 0.23, 0.69), strict=False)
-    )
-
-
-_DEFINITIONS = (
-    "A run ends at the first check (0.05 s) after the estimator says that it "
-    "has arrived; errors are against the true position of the beacon, "
-    "odometry's drift included."
-)
-_OPEN_SPACE = (
-    "The same targets for every case, at least 1 m from the start. "
-    + _DEFINITIONS
-)
-_HOUSE = (
-    "Start and target are where a disc of 0.28 m radius can stand, on the "
-    "house's connected floor, at least 1 m apart. " + _DEFINITIONS
-)
-
-TABLES: dict[str, Table] = {
-    "2.3": Table(
-        title="Table 2.3: homing in open space",
-        conditions=_OPEN_SPACE,
-        trials=40,
-        make_trials=homing.open_space_trials,
-        do_trial=homing.do_trial,
-        dissertation=_table_2_3,
-    ),
-    "2.4": Table(
-        title="Table 2.4: homing in the small house, configuration 5",
-        conditions=_HOUSE,
-        trials=80,
-        make_trials=homing.house_trials,
-        do_trial=homing.do_trial,
-        dissertation=_table_2_4,
-    ),
-    "tau": Table(
-        title="Choosing tau of (2.3), for the hybrid estimator",
-        conditions=_OPEN_SPACE,
-        trials=20,
-        make_trials=homing.tau_trials,
-        do_trial=homing.do_trial,
-        dissertation=_table_2_3,
-    ),
-}
 
 
 def reproduce(
@@ -122,7 +34,7 @@ def reproduce(
 ) -> dict[str, Any]:
     """Runs a table's experiment and writes its folder.
 
-    The folder gets `table.json`, `table.md`, `trials.csv` and figures; until
+    The folder gets `table.json`, `table.md`, `trials.csv` and pictures; until
     they are there, `finished.jsonl` keeps what has been done.
 
     Args:
@@ -140,27 +52,26 @@ def reproduce(
         ParameterError: there is no such table, or a number is out of range.
         OutputError: the folder cannot be written or holds another sweep.
     """
-    if name not in TABLES:
+    tables = find_tables()
+    if name not in tables:
         raise ParameterError(
-            f"unknown table {name!r}: valid are {', '.join(TABLES)}"
+            f"unknown table {name!r}: valid are {', '.join(tables)}"
         )
-    table = TABLES[name]
+    table = tables[name]
     count = table.trials if trials is None else trials
     require(count >= 1, "trials", count, "1 or more")
     require(jobs is None or jobs >= 1, "jobs", jobs, "1 or more")
     require(seed >= 0, "seed", seed, "0 or more")
-    todo = [
-        {"trial": number, **trial}
-        for number, trial in enumerate(table.make_trials(seed, count))
-    ]
+    todo = list(table.make_trials(seed, count))
     identity = {"table": name, "trials": count, "seed": seed}
+    base = dump_scenario(load_scenario(table.scenario))
     store = folder / "finished.jsonl"
     with staged_folder(folder) as stage:
         outcomes = run_sweep(
-            todo,
-            table.do_trial,
+            [{"trial": n, "table": name, "do": t} for n, t in enumerate(todo)],
+            run_trial,
             store,
-            {**identity, "scenario": dump_scenario(load_scenario("homing"))},
+            {**identity, "scenario": base},
             jobs,
             dask,
         )
@@ -170,17 +81,49 @@ def reproduce(
             "versions": _versions(),
             "rows": [
                 {**summary, "dissertation": table.dissertation(summary["case"])}
-                for summary in summarise(rows)
+                for summary in summarise(table, rows)
             ],
         }
         (stage / "table.json").write_text(json.dumps(content, indent=2) + "\n")
         (stage / "table.md").write_text(to_markdown(table, content))
         (stage / "trials.csv").write_text(to_csv(rows))
-        from drake_mobarm.homing.table_pictures import draw_figures
-
-        draw_figures(name, rows, [o["path"] for o in outcomes], stage)
+        samples = [np.array(outcome["sample"]) for outcome in outcomes]
+        for file, draw in table.draw(rows, samples).items():
+            draw().savefig(stage / file)
     store.unlink()  # Done: another run is to start anew.
     return content
+
+
+def run_trial(work: Mapping[str, Any]) -> Outcome:
+    """Runs one trial of a table.
+
+    Args:
+        work: "trial", its number; "table", the table's name; "do", a Trial.
+
+    Returns:
+        "row", what is known of it; "sample", what pictures need of it.
+    """
+    table, trial = find_tables()[work["table"]], work["do"]
+    result = run(load_scenario(table.scenario, trial.overrides), trial.seed)
+    row = {
+        "trial": work["trial"],
+        "case": trial.case,
+        "seed": trial.seed,
+        **trial.notes,
+        "success": result.success,
+        "reason": result.reason,
+        **result.metrics,
+        "command": command(table, trial),
+    }
+    return {"row": row, "sample": np.round(table.sample(result), 4).tolist()}
+
+
+def command(table: Table, trial: Trial) -> str:
+    """The command that repeats a trial."""
+    words = ["mobarm", "run", table.scenario, "--seed", str(trial.seed)]
+    for override in trial.overrides:
+        words += ["--set", override]
+    return shlex.join(words)
 
 
 def _versions() -> dict[str, str]:
@@ -190,30 +133,27 @@ def _versions() -> dict[str, str]:
     }
 
 
-def summarise(rows: Sequence[Row]) -> list[Row]:
-    """A row a case: success over all trials, means over its successes."""
+def summarise(table: Table, rows: Sequence[Row]) -> list[Row]:
+    """A row a case: success over all trials, and the table's columns."""
     summaries = []
     for case in dict.fromkeys(row["case"] for row in rows):
         of_case = [row for row in rows if row["case"] == case]
         successes = [row for row in of_case if row["success"]]
-        means = {
-            mean: float(np.mean([row[metric] for row in successes]))
-            if successes
-            else None
-            for mean, metric in _MEANS.items()
+        summary: Row = {
+            "case": case,
+            "trials": len(of_case),
+            "success_percent": 100 * len(successes) / len(of_case),
         }
-        summaries.append(
-            {
-                "case": case,
-                "trials": len(of_case),
-                "success_percent": 100 * len(successes) / len(of_case),
-                **means,
-                "contacts": sum(row["contacts"] for row in of_case),
-                "trials_with_contact": sum(
-                    row["contacts"] > 0 for row in of_case
-                ),
-            }
-        )
+        for column in table.columns:
+            counted = of_case if column.trials_with else successes
+            values = [row[column.metric] for row in counted]
+            if column.trials_with:
+                summary[column.name] = float(sum(values))
+                summary[column.trials_with] = sum(value > 0 for value in values)
+            else:
+                mean = float(np.mean(values)) if values else None
+                summary[column.name] = mean
+        summaries.append(summary)
     return summaries
 
 
@@ -228,16 +168,7 @@ def to_csv(rows: Sequence[Row]) -> str:
 
 def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
     """The table for people: ours, the dissertation's in brackets."""
-    heads = (
-        "case",
-        "success [%]",
-        "time [s]",
-        "net velocity [m/s]",
-        "goal position error [m]",
-        "final position error [m]",
-        "path efficiency",
-        "contacts",
-    )
+    heads = ["case", "success [%]", *(c.heading for c in table.columns)]
     lines = [
         f"# {table.title}",
         "",
@@ -251,15 +182,20 @@ def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
         ", ".join(f"{k} {v}" for k, v in content["versions"].items()),
         "",
         f"| {' | '.join(heads)} |",
-        f"| --- |{' ---: |' * len(_COLUMNS)}",
+        f"| --- |{' ---: |' * (len(heads) - 1)}",
     ]
     for row in content["rows"]:
-        cells = [row["case"]]
-        for column in _COLUMNS:
-            value, theirs = row[column], row["dissertation"].get(column)
-            digits = 0 if column in ("success_percent", "contacts") else 3
-            cell = "-" if value is None else f"{value:.{digits}f}"
-            cells.append(cell if theirs is None else f"{cell} ({theirs:g})")
-        cells[-1] += f" in {row['trials_with_contact']} trials"
+        cells = [row["case"], _cell(row, "success_percent", 0)]
+        for column in table.columns:
+            cell = _cell(row, column.name, column.digits)
+            if column.trials_with:
+                cell += f" in {row[column.trials_with]} trials"
+            cells.append(cell)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
+
+
+def _cell(row: Row, column: str, digits: int) -> str:
+    value, theirs = row[column], row["dissertation"].get(column)
+    cell = "-" if value is None else f"{value:.{digits}f}"
+    return cell if theirs is None else f"{cell} ({theirs:g})"

@@ -11,7 +11,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import (
+    finite_numbers,
+    not_negative,
+    one_of,
+    require,
+    within,
+)
 from drake_mobarm.geometry import wrap_angle
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel
 
@@ -34,19 +40,9 @@ class BeaconNoise:
     absolute_distance: float = 0.0
 
     def __post_init__(self) -> None:
-        require(0 <= self.angle < math.pi, "angle", self.angle, "[0, pi)")
-        require(
-            0 <= self.relative_distance < 1,
-            "relative_distance",
-            self.relative_distance,
-            "[0, 1)",
-        )
-        require(
-            0 <= self.absolute_distance < math.inf,
-            "absolute_distance",
-            self.absolute_distance,
-            "finite and at least 0",
-        )
+        within(self, "[0, pi)", "angle")
+        within(self, "[0, 1)", "relative_distance")
+        not_negative(self, "absolute_distance")
 
     def distance_bound(self, distance: float) -> float:
         """Half-width [m] of the noise on a distance [m]: both parts added."""
@@ -141,12 +137,29 @@ def distance_moments(
 
 
 @dataclass(kw_only=True)
+class Beacon:
+    """A beacon in the world, and how noisily it is read.
+
+    Attributes:
+        position: p_WT [m], [x, y], at the antenna's height.
+        noise: of its readings, a configuration of Table 2.2.
+    """
+
+    position: list[float]
+    noise: int = 5
+
+    def __post_init__(self) -> None:
+        finite_numbers(self, "[x, y] in m", "position")
+        one_of(self, NOISE_CONFIGURATIONS, "noise")
+
+
+@dataclass(kw_only=True)
 class BeaconParameters:
-    """The antenna array's reading of one beacon.
+    """How the antenna array hears a beacon.
 
     Attributes:
         rate: readings a second [Hz].
-        model: which beacon it is, of `BEACONS`.
+        model: which beacon it is calibrated for, of `BEACONS`.
         field_of_view: full width about the antenna's heading [rad] outside
             which there is no reading; 2 pi for all around, pi for today's
             hardware (section 2.5).
@@ -161,25 +174,10 @@ class BeaconParameters:
     outages: list[list[float]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        require(
-            0 < self.rate <= 50,
-            "rate",
-            self.rate,
-            "above 0, up to 50 Hz",
-        )
-        require(
-            self.model in BEACONS,
-            "model",
-            self.model,
-            ", ".join(BEACONS),
-        )
-        require(
-            0 < self.field_of_view <= 2 * math.pi,
-            "field_of_view",
-            self.field_of_view,
-            "above 0, up to 2 pi",
-        )
-        require(0 <= self.dropout < 1, "dropout", self.dropout, "[0, 1)")
+        within(self, "(0, 50]", "rate")
+        one_of(self, BEACONS, "model")
+        within(self, "(0, 2 pi]", "field_of_view")
+        within(self, "[0, 1)", "dropout")
         for outage in self.outages:
             require(
                 len(outage) == 2 and outage[0] <= outage[1],

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import at_least, not_negative, positive, within
 from drake_mobarm.geometry import Array
 
 
@@ -26,20 +26,10 @@ class LidarParameters:
     noise: float = 0.01
 
     def __post_init__(self) -> None:
-        require(self.rays >= 8, "rays", self.rays, "8 or more")
-        require(
-            0 < self.rate <= 100,
-            "rate",
-            self.rate,
-            "above 0, up to 100 Hz",
-        )
-        require(
-            0 < self.range_max < np.inf,
-            "range_max",
-            self.range_max,
-            "above 0 m",
-        )
-        require(0 <= self.noise < np.inf, "noise", self.noise, "0 m or more")
+        at_least(self, 8, "rays")
+        within(self, "(0, 100]", "rate")
+        positive(self, "range_max")
+        not_negative(self, "noise")
 
 
 def ray_angles(rays: int) -> Array:

@@ -1,13 +1,12 @@
 """RSSI as a measure of distance: the log-distance law and its calibration."""
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive, require, within
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 
@@ -25,18 +24,8 @@ class RssiModel:
     path_loss_exponent: float = 2.0
 
     def __post_init__(self) -> None:
-        require(
-            math.isfinite(self.rssi_at_1m),
-            "rssi_at_1m",
-            self.rssi_at_1m,
-            "finite",
-        )
-        require(
-            0 < self.path_loss_exponent < math.inf,
-            "path_loss_exponent",
-            self.path_loss_exponent,
-            "finite and positive",
-        )
+        within(self, "(-inf, inf)", "rssi_at_1m")
+        positive(self, "path_loss_exponent")
 
     def rssi(self, distance: ArrayLike) -> Any:
         """RSSI [dBm] at positive distances [m], of the same shape."""

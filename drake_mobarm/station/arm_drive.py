@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive, positive_numbers, within
 from drake_mobarm.geometry import Array, clip_magnitude
 
 # No-load speeds of XM430-W350 (five joints) and XL430-W250 at 12 V [rad/s].
@@ -36,17 +36,9 @@ class ArmDriveParameters:
     )
 
     def __post_init__(self) -> None:
-        require(20 <= self.rate <= 100, "rate", self.rate, "20 to 100 Hz")
-        for name in ("k_p", "k_d"):
-            value = getattr(self, name)
-            require(0 < value < np.inf, name, value, "above 0")
-        require(
-            len(self.no_load_speed) == 6
-            and all(0 < x < np.inf for x in self.no_load_speed),
-            "no_load_speed",
-            self.no_load_speed,
-            "six numbers above 0",
-        )
+        within(self, "[20, 100]", "rate")
+        positive(self, "k_p", "k_d")
+        positive_numbers(self, 6, "no_load_speed")
 
 
 def desired_acceleration(
@@ -69,9 +61,9 @@ def limit_reference(
 ) -> Array:
     """A joint reference one step nearer to the desired state.
 
-    A desired motion within the limits is followed to half a step's
-    acceleration; a jump becomes a motion that speeds up, cruises and brakes
-    within them.
+    A desired motion within the limits is followed, its speed to within half
+    of what the acceleration limit changes in a step; a jump becomes
+    a motion that speeds up, cruises and brakes within the limits.
 
     Args:
         reference: joint positions and velocities [rad, rad/s], (2, n).

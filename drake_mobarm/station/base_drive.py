@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive_numbers, within
 from drake_mobarm.geometry import Array, clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 
@@ -37,20 +37,15 @@ class BaseDriveParameters:
     base: DifferentialDrive = field(default_factory=DifferentialDrive)
 
     def __post_init__(self) -> None:
-        require(10 <= self.rate <= 100, "rate", self.rate, "10 to 100 Hz")
-        for name in (
+        within(self, "[10, 100]", "rate")
+        positive_numbers(
+            self,
+            2,
             "gain",
             "speed_limit",
             "acceleration_limit",
             "yield_error",
-        ):
-            value = getattr(self, name)
-            require(
-                len(value) == 2 and all(0 < x < np.inf for x in value),
-                name,
-                value,
-                "two numbers above 0",
-            )
+        )
 
 
 def limit_velocity(

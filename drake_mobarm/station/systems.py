@@ -9,6 +9,7 @@ from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.robot.shape import URDF
 from drake_mobarm.signals import ArmState, BaseVelocity, WheelState, size
 from drake_mobarm.station.arm_drive import (
     REFERENCE_SHARE,
@@ -24,7 +25,6 @@ from drake_mobarm.station.base_drive import (
     ramp,
     yield_to,
 )
-from drake_mobarm.world.sdf import MODELS
 
 
 class BaseDriver(LeafSystem):
@@ -167,7 +167,7 @@ class _ArmModel:
 
     def __init__(self) -> None:
         self._plant = MultibodyPlant(0.0)
-        Parser(self._plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+        Parser(self._plant).AddModels(str(URDF))
         self._plant.WeldFrames(
             self._plant.world_frame(), self._plant.GetFrameByName("base")
         )

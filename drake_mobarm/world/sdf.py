@@ -2,7 +2,6 @@
 
 import math
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -29,33 +28,18 @@ from drake_mobarm.world.obstacles import (
     box_corners,
     cylinder_corners,
 )
+from drake_mobarm.world.world import World
 
-MODELS = Path(__file__).resolve().parent.parent / "models"
+WORLDS = Path(__file__).resolve().parent.parent / "models" / "worlds"
+"""The folder of the shipped worlds."""
+
 _EXTENTS = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}}
 """What SDF calls the extents of the valid shapes, and how many numbers."""
 
 
-@dataclass(frozen=True)
-class World:
-    """A building: its name, its SDF file, and what stands in it.
-
-    Attributes:
-        name: of the file.
-        path: of the file.
-        obstacles: what can be touched, for lidar and maps.
-        geometries: everything, in W, with its properties, for contact and
-            drawing.
-    """
-
-    name: str
-    path: Path
-    obstacles: tuple[Obstacle, ...]
-    geometries: tuple[GeometryInstance, ...]
-
-
 def world_names() -> list[str]:
     """The shipped worlds' names."""
-    return sorted(path.stem for path in (MODELS / "worlds").glob("*.sdf"))
+    return sorted(path.stem for path in WORLDS.glob("*.sdf"))
 
 
 def find_world(name_or_path: str) -> Path:
@@ -65,7 +49,7 @@ def find_world(name_or_path: str) -> Path:
         WorldError: there is no such world; it lists those there are.
     """
     if name_or_path in world_names():
-        return MODELS / "worlds" / f"{name_or_path}.sdf"
+        return WORLDS / f"{name_or_path}.sdf"
     path = Path(name_or_path)
     if path.suffix == ".sdf" and path.is_file():
         return path.resolve()

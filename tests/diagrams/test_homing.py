@@ -1,17 +1,12 @@
 import numpy as np
 import pytest
-from pydrake.common import RandomGenerator
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder, LeafSystem
-from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm import load_scenario, run
-from drake_mobarm.diagrams.homing import make_estimator
-from drake_mobarm.diagrams.station import STOWED, build_station
-from drake_mobarm.homing.systems import HomingController, StraightToTarget
-from drake_mobarm.runtime.scenarios import ESTIMATORS
+from drake_mobarm.homing.job import ESTIMATORS
+from drake_mobarm.robot.shape import ANTENNA_POSITION
 from drake_mobarm.runtime.simulation import build_diagram
-from drake_mobarm.world.sdf import load_world
+from drake_mobarm.sensors.beacon import Beacon
+from drake_mobarm.sensors.systems import BeaconSensor
 
 OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "noise=3"]
 
@@ -100,70 +95,35 @@ def test_a_narrow_field_of_view_is_turned_until_it_hears_the_beacon():
     assert result.trace["beacon_reading"][10, 2] == 0
 
 
-class SendsNaN(LeafSystem):
-    """Passes readings on, but NaN marked valid from 1 s to 3 s."""
+class SendsNaN(BeaconSensor):
+    """Reads the beacon, but tells NaN marked valid from 1 s to 3 s."""
 
-    def __init__(self):
-        super().__init__()
-        self.DeclareVectorInputPort("reading", 3)
-        self.DeclareVectorOutputPort("broken", 3, self._calc)
-
-    def _calc(self, context, output):
-        broken = 1.0 <= context.get_time() < 3.0
-        reading = self.get_input_port().Eval(context)
-        output.SetFromVector([np.nan, np.nan, 1.0] if broken else reading)
+    def _update(self, context, state):
+        super()._update(context, state)
+        if 1.0 <= context.get_time() < 3.0:
+            state.set_value([np.nan, np.nan, 1.0])
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_a_sensor_that_sends_nan_does_not_poison_the_estimate(estimator):
-    scenario = open_space(f"estimator={estimator}")
-    builder = DiagramBuilder()
-    station = builder.AddSystem(
-        build_station(
-            load_world("empty"),
-            scenario.start,
-            scenario.beacon,
-            scenario.noise,
-            scenario.station,
-        )
+    scenario = open_space(f"estimator={estimator}", "time_limit=20")
+    beacon = Beacon(position=scenario.beacon, noise=scenario.noise)
+    broken = SendsNaN(
+        scenario.station.beacon, beacon, np.array(ANTENNA_POSITION)
     )
-    fault = builder.AddSystem(SendsNaN())
-    target = builder.AddSystem(make_estimator(scenario, 0))
-    guide = builder.AddSystem(StraightToTarget())
-    controller = builder.AddSystem(HomingController(scenario.controller))
-    stow = builder.AddSystem(ConstantVectorSource([*STOWED, *np.zeros(6)]))
-    pose = station.GetOutputPort("measured_base_pose")
-    for source, sink in (
-        (station.GetOutputPort("beacon_reading"), fault.get_input_port()),
-        (fault.get_output_port(), target.GetInputPort("beacon_reading")),
-        (pose, target.GetInputPort("measured_base_pose")),
-        (target.GetOutputPort("estimated_target"), guide.get_input_port()),
-        (pose, controller.GetInputPort("measured_base_pose")),
-        (guide.get_output_port(), controller.GetInputPort("waypoint")),
-        (
-            target.GetOutputPort("arrived"),
-            controller.GetInputPort("arrived"),
-        ),
-        (
-            controller.get_output_port(),
-            station.GetInputPort("commanded_base_velocity"),
-        ),
-        (stow.get_output_port(), station.GetInputPort("desired_arm_state")),
-    ):
-        builder.Connect(source, sink)
-    builder.ExportOutput(target.GetOutputPort("estimated_target"), "target")
-    builder.ExportOutput(target.GetOutputPort("arrived"), "arrived")
-    diagram = builder.Build()
-    simulator = Simulator(diagram)
-    context = simulator.get_mutable_context()
-    diagram.SetRandomContext(context, RandomGenerator(1))
-    while not diagram.GetOutputPort("arrived").Eval(context)[0]:
-        simulator.AdvanceTo(context.get_time() + 0.1)
-        assert context.get_time() < 20
-        estimate = diagram.GetOutputPort("target").Eval(context)
-        if estimate[2]:
-            assert np.isfinite(estimate).all()
-    np.testing.assert_allclose(estimate[:2], [3, 2], atol=0.15)
+    result = run(scenario, seed=1, blocks={"beacon": broken})
+    assert result.success
+    readings = result.trace["beacon_reading"]
+    assert (np.isnan(readings[:, 0]) & (readings[:, 2] == 1)).any()
+    estimates = result.trace["estimated_target"]
+    known = estimates[:, 2] > 0.5
+    assert known.any()
+    assert np.isfinite(estimates[known]).all()
+    np.testing.assert_allclose(estimates[-1, :2], [3, 2], atol=0.15)
+
+
+def block(diagram, name):
+    return diagram.GetSubsystemByName("job").GetSubsystemByName(name)
 
 
 def test_estimator_and_avoidance_are_swapped_behind_the_same_ports():
@@ -182,12 +142,12 @@ def test_estimator_and_avoidance_are_swapped_behind_the_same_ports():
             )
         )
         for diagram in diagrams
-        for system in [diagram.GetSubsystemByName("estimator")]
+        for system in [block(diagram, "estimator")]
     }
     assert outputs == {("estimated_target", "arrived")}
     for diagram in diagrams:
-        guide = diagram.GetSubsystemByName("avoidance")
-        assert guide.GetOutputPort("waypoint").size() == 3
+        avoidance = block(diagram, "avoidance")
+        assert avoidance.GetOutputPort("waypoint").size() == 3
 
 
 def test_only_metrics_and_drawing_read_the_ground_truth():

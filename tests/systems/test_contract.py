@@ -17,8 +17,6 @@ from pydrake.systems.framework import LeafSystem, PortDataType
 
 import drake_mobarm
 from drake_mobarm import signals
-from drake_mobarm.diagrams.station import STOWED
-from drake_mobarm.drawing.stage import HomingView, PlacementView
 from drake_mobarm.driving.waypoint import ControllerParameters
 from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.filter import FilterParameters
@@ -31,6 +29,7 @@ from drake_mobarm.homing.systems import (
     StraightToTarget,
     TargetEstimator,
 )
+from drake_mobarm.homing.view import HomingView
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import plain_grid
 from drake_mobarm.placement.objective import (
@@ -39,25 +38,22 @@ from drake_mobarm.placement.objective import (
 )
 from drake_mobarm.placement.planner import nothing_planned
 from drake_mobarm.placement.systems import RobotPoser, StandPlanner
+from drake_mobarm.placement.view import PlacementView
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.differential_drive import DifferentialDrive
+from drake_mobarm.robot.shape import STOWED, URDF
 from drake_mobarm.sensors.beacon import (
     NOISE_CONFIGURATIONS,
+    Beacon,
     BeaconParameters,
 )
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.rssi import RssiModel
-from drake_mobarm.sensors.systems import (
-    BaseTruth,
-    BeaconSensor,
-    GroundTruthMonitor,
-    Lidar,
-    Odometry,
-)
+from drake_mobarm.sensors.systems import BeaconSensor, Lidar, Odometry
 from drake_mobarm.station.arm_drive import ArmDriveParameters
 from drake_mobarm.station.base_drive import BaseDriveParameters
+from drake_mobarm.station.ground_truth import BaseTruth, GroundTruthMonitor
 from drake_mobarm.station.systems import ArmDriver, BaseDriver
-from drake_mobarm.world.sdf import MODELS
 
 WALL = (np.array([[2.0, 1.0]]), np.array([[2.0, -1.0]]))
 ANTENNA = np.array([0.2, 0.0])
@@ -68,7 +64,7 @@ GRID = plain_grid(FREE, 0.5)
 
 def make_plant():
     plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+    Parser(plant).AddModels(str(URDF))
     plant.Finalize()
     return plant
 
@@ -78,7 +74,7 @@ MAKE = {
     BaseDriver: lambda: BaseDriver(BaseDriveParameters()),
     BaseTruth: lambda: BaseTruth(15, 29),
     BeaconSensor: lambda: BeaconSensor(
-        BeaconParameters(), 5, ANTENNA, np.array([3.0, 1.0])
+        BeaconParameters(), Beacon(position=[3.0, 1.0]), ANTENNA
     ),
     FilterEstimator: lambda: FilterEstimator(
         FilterParameters(), NOISE_CONFIGURATIONS[5], *ESTIMATOR
@@ -116,7 +112,11 @@ VIEWS = {
 
 def library_systems():
     root = Path(drake_mobarm.__file__).parent
-    files = [*root.glob("*/systems.py"), root / "visualization.py"]
+    files = [
+        *root.glob("*/systems.py"),
+        *root.glob("*/view.py"),
+        root / "station" / "ground_truth.py",
+    ]
     found = set()
     for file in files:
         name = ".".join(file.relative_to(root.parent).with_suffix("").parts)

@@ -3,17 +3,14 @@ import pytest
 from pydrake.common import RandomGenerator
 from pydrake.systems.analysis import Simulator
 
-from drake_mobarm.diagrams.station import (
-    ANTENNA_POSITION,
-    STOWED,
-    StationParameters,
-    build_station,
-)
+from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.sensors.beacon import BeaconParameters
+from drake_mobarm.robot.shape import ANTENNA_POSITION, STOWED
+from drake_mobarm.sensors.beacon import Beacon, BeaconParameters
 from drake_mobarm.sensors.rssi import BEACONS
-from drake_mobarm.sensors.systems import BaseTruth
 from drake_mobarm.signals import GroundTruth
+from drake_mobarm.station.ground_truth import BaseTruth
+from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.world.sdf import load_world
 
 
@@ -31,9 +28,8 @@ class Driven:
         self.station = build_station(
             load_world(world),
             list(start),
-            list(beacon),
-            5,
             StationParameters(**(parameters or {})),
+            Beacon(position=list(beacon), noise=5),
         )
         self.simulator = Simulator(self.station)
         self.context = self.simulator.get_mutable_context()

@@ -1,0 +1,98 @@
+"""Homing: find a beacon and drive to it (chapter 2)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from drake_mobarm.checks import finite_numbers, one_of, within
+from drake_mobarm.driving.waypoint import ControllerParameters
+from drake_mobarm.homing.avoidance import AvoidanceParameters
+from drake_mobarm.homing.filter import FilterParameters
+from drake_mobarm.homing.hybrid import HybridParameters
+from drake_mobarm.homing.metrics import homing_metrics, judge
+from drake_mobarm.job import Job, Trace, Verdict
+from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
+from drake_mobarm.station.parameters import StationParameters
+from drake_mobarm.world.places import Place
+
+ESTIMATORS = ("hybrid", "filter")
+AVOIDANCES = ("none", "rules")
+
+
+@dataclass(kw_only=True)
+class HomingParameters:
+    """How the robot homes.
+
+    Attributes:
+        estimator: `hybrid` (the dissertation's) or `filter` (ours).
+        avoidance: `rules`, or `none` to drive straight at the estimate.
+        hybrid: parameters of that estimator.
+        filter: parameters of that estimator.
+        rules: parameters of the obstacle avoidance.
+        controller: parameters of the proportional controller.
+    """
+
+    estimator: str = "filter"
+    avoidance: str = "rules"
+    hybrid: HybridParameters = field(default_factory=HybridParameters)
+    filter: FilterParameters = field(default_factory=FilterParameters)
+    rules: AvoidanceParameters = field(default_factory=AvoidanceParameters)
+    controller: ControllerParameters = field(
+        default_factory=ControllerParameters
+    )
+
+    def __post_init__(self) -> None:
+        one_of(self, ESTIMATORS, "estimator")
+        one_of(self, AVOIDANCES, "avoidance")
+
+
+@dataclass(kw_only=True)
+class HomingScenario(HomingParameters):
+    """Find a beacon and drive to it (chapter 2).
+
+    Attributes:
+        diagram: the diagram that this scenario is for.
+        world: a shipped world's name or the path of an SDF.
+        start: X_WB of the base, [x, y, yaw] in m and rad.
+        beacon: p_WT, where the beacon is [m], unknown to the robot.
+        noise: of its readings, a configuration of Table 2.2.
+        time_limit: after which the run ends without success [s].
+        calibration_noise: standard deviation of the RSSI samples that the
+            beacon's calibration is fitted from [dB].
+        station: how the robot is simulated, sensed and driven.
+    """
+
+    diagram: str = "homing"
+    world: str
+    start: list[float]
+    beacon: list[float]
+    noise: int = 5
+    time_limit: float = 120.0
+    calibration_noise: float = 1.0
+    station: StationParameters = field(default_factory=StationParameters)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        finite_numbers(self, "[x, y, yaw] in m and rad", "start")
+        finite_numbers(self, "[x, y] in m", "beacon")
+        one_of(self, NOISE_CONFIGURATIONS, "noise")
+        within(self, "(0, 3600]", "time_limit")
+        within(self, "[0, 20)", "calibration_noise")
+
+
+def _places(scenario: HomingScenario) -> list[Place]:
+    return [
+        Place("start", scenario.start, robot=True),
+        Place("beacon", scenario.beacon),
+    ]
+
+
+def _judge(
+    scenario: HomingScenario, trace: Trace, outputs: Mapping[str, Any]
+) -> Verdict:
+    metrics = homing_metrics(trace, scenario.beacon)
+    arrived = bool(outputs["done"][0] > 0.5)
+    return Verdict(*judge(metrics, arrived, scenario.time_limit), metrics)
+
+
+JOB = Job(name="homing", scenario=HomingScenario, places=_places, judge=_judge)

@@ -1,0 +1,48 @@
+"""How the station is simulated, sensed and driven."""
+
+from dataclasses import dataclass, field
+
+from drake_mobarm.checks import finite_numbers, within
+from drake_mobarm.robot.shape import STOWED
+from drake_mobarm.sensors.beacon import BeaconParameters
+from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.station.arm_drive import ArmDriveParameters
+from drake_mobarm.station.base_drive import BaseDriveParameters
+
+PROCESSING_DELAY = 0.005
+"""How long after a sample a system should work on it [s].
+
+Sensors sample at whole multiples of their periods from time 0, odometry at
+every hundredth of a second. A reader that updates this much later sees a
+sample together with the odometry of the same instant.
+"""
+
+
+@dataclass(kw_only=True)
+class StationParameters:
+    """How the station is simulated, sensed and driven.
+
+    Attributes:
+        time_step: of the plant [s].
+        stowed: the arm's joints at the start [rad], (6,).
+        lidar: the scanner.
+        beacon: how the antenna array hears a beacon.
+        base_drive: the base driver.
+        arm_drive: the arm driver.
+    """
+
+    time_step: float = 0.01
+    stowed: list[float] = field(default_factory=lambda: list(STOWED))
+    lidar: LidarParameters = field(default_factory=LidarParameters)
+    beacon: BeaconParameters = field(default_factory=BeaconParameters)
+    base_drive: BaseDriveParameters = field(default_factory=BaseDriveParameters)
+    arm_drive: ArmDriveParameters = field(default_factory=ArmDriveParameters)
+
+    def __post_init__(self) -> None:
+        within(self, "(0, 0.01]", "time_step")
+        finite_numbers(
+            self,
+            "[waist, shoulder, elbow, forearm roll, wrist angle, wrist rotate]"
+            " in rad",
+            "stowed",
+        )

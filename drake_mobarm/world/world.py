@@ -1,0 +1,25 @@
+"""What a world is, whoever reads it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from drake_mobarm.world.obstacles import Obstacle
+
+
+@dataclass(frozen=True)
+class World:
+    """A building: its name, its SDF file, and what stands in it.
+
+    Attributes:
+        name: of the file.
+        path: of the file.
+        obstacles: what can be touched, for lidar and maps.
+        geometries: everything, as Drake's GeometryInstance, in W, with its
+            properties, for contact and drawing.
+    """
+
+    name: str
+    path: Path
+    obstacles: tuple[Obstacle, ...]
+    geometries: tuple[Any, ...]

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike
 from drake_mobarm.checks import require
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
+from drake_mobarm.robot.arm_chain import ArmChain, holding_torque
 from drake_mobarm.robot.arm_parameters import (
     JOINTS,
     WIDOWX_250,
@@ -18,28 +19,33 @@ from drake_mobarm.robot.batches import (
     chunks,
     cross,
     flatten,
+    is_direction,
+    is_pose,
+    lone,
     numbers,
     refuse,
 )
-
-GRAVITY = 9.81
-"""[m/s^2]"""
-
-# Squares that overflow far out of reach need no warning: they, too, are out.
-_FAR = np.errstate(over="ignore", invalid="ignore")
+from drake_mobarm.robot.single_pose import SinglePose
 
 
 class ArmKinematics:
-    """An arm with two parallel axes and a spherical wrist, on paper.
+    """Kinematics and statics of a six-joint arm with a spherical wrist.
 
-    Frames: B is the arm's base, z along the waist's axis. T is the tool's
-    tip: x along the last joint's axis, which is the approach, and z along the
-    x axis of DH frame 6.
+    The axes of its shoulder and elbow are parallel.
 
-    The two conventions of the wrist differ in alpha of the third row. With
-    a quarter turn the fourth joint rolls the forearm (the WidowX 250, most
-    industrial arms); with none its axis is parallel to the elbow's, as
-    Appendix C has it.
+    Frames: B is the arm's base, with z along the waist's axis. T is the
+    tool's tip, with x along the last joint's axis, which is the approach
+    direction, and z along the x axis of DH frame 6.
+
+    Two kinds of arms differ in alpha of the third DH row. Where it is a
+    quarter turn the fourth joint rolls the forearm (the WidowX 250, most
+    industrial arms); where it is 0 that joint's axis is parallel to the
+    elbow's, as in Appendix C.
+
+    A single pose is computed in Python's floats, a batch by numpy. The two
+    may differ in the last bits. Near a singular wrist rounding moves the
+    fourth and the sixth angle of `inverse` by more, against each other, so
+    that the tool's pose stays the same.
 
     Args:
         parameters: the arm; `WIDOWX_250`, `APPENDIX_C` or your own.
@@ -55,34 +61,29 @@ class ArmKinematics:
         self.upper = np.asarray(parameters.upper)
         self.torque_limit = np.asarray(parameters.torque_limit)
         self._solver = solver = ArmSolver(parameters)
-        self._offset, self._d, self._a = solver.offset, solver.d, solver.a
-        self._sin = solver.sin
+        self._chain = ArmChain(parameters, solver)
+        self._single = SinglePose(solver, self._chain)
         # Constant factors of det J11 [m^2] and det J22 [-].
-        self._arm_volume = -self._sin[0] * solver.upper_arm * solver.forearm
-        self._wrist_volume = self._sin[3] * self._sin[4]
-        self._mass = np.asarray(parameters.mass)
-        self._com = self._com_in_links(np.asarray(parameters.com))
+        sin = solver.sin
+        self._arm_factor = -sin[0] * solver.upper_arm * solver.forearm
+        self._wrist_factor = sin[3] * sin[4]
 
     @property
     def shoulder(self) -> Array:
-        """p_BS [m], (3,), where the waist's axis meets the shoulder's."""
-        return np.array([0.0, 0.0, self._d[0]])
+        """p_BS [m], (3,), on the waist's axis, as high as the shoulder's."""
+        return np.array([0.0, 0.0, self._solver.d[0]])
 
     @property
     def reach(self) -> float:
-        """The tip is never farther from `shoulder` than this [m]."""
-        return float(
-            abs(self._a[0])
-            + np.hypot(
-                self._solver.upper_arm + self._solver.forearm, self._solver.side
-            )
-            + abs(self._d[5])
-        )
+        """No tip is farther from `shoulder` than this [m]."""
+        arm = self._solver
+        stretched = np.hypot(arm.upper_arm + arm.forearm, arm.side)
+        return float(abs(arm.a[0]) + stretched + abs(arm.d[5]))
 
     @property
     def hand(self) -> float:
-        """From the wrist's centre to the tip, along the approach [m]."""
-        return float(self._d[5])
+        """Length from the wrist's centre to the tip, along the approach [m]."""
+        return float(self._solver.d[5])
 
     def forward(self, q: ArrayLike) -> Array:
         """Pose of the tool's tip, (7.10).
@@ -94,10 +95,12 @@ class ArmKinematics:
             X_BT, (..., 4, 4); NaN where q is.
         """
         batch, rows = flatten(q, (JOINTS,), "q")
+        if (one := lone(rows)) is not None:
+            return np.array(self._single.forward(one)).reshape(*batch, 4, 4)
         X_BT = np.zeros((len(rows), 4, 4))
         X_BT[:, 3, 3] = 1.0
         for part in chunks(len(rows)):
-            axes, points = self._chain(rows[part].T)
+            axes, points = self._chain.frames(rows[part].T)
             x, y, z = axes[JOINTS]
             X_BT[part, :3, :] = np.stack(
                 [z, -y, x, points[JOINTS]], axis=0
@@ -105,19 +108,22 @@ class ArmKinematics:
         return X_BT.reshape(*batch, 4, 4)
 
     def joint_positions(self, q: ArrayLike) -> Array:
-        """Where the arm is.
+        """Positions of the joints, for drawing and collision checks.
 
         Args:
             q: joint positions [rad], (..., 6).
 
         Returns:
-            In B [m], (..., 5, 3): the base, the shoulder, the elbow, the
+            p_BJ [m], (..., 5, 3): of the base, the shoulder, the elbow, the
             wrist's centre and the tip.
         """
         batch, rows = flatten(q, (JOINTS,), "q")
+        if (one := lone(rows)) is not None:
+            places = self._single.joint_positions(one)
+            return np.array(places).reshape(*batch, 5, 3)
         corners = np.empty((len(rows), 5, 3))
         for part in chunks(len(rows)):
-            _, points = self._chain(rows[part].T)
+            _, points = self._chain.frames(rows[part].T)
             for i, frame in enumerate((0, 1, 2, 4, 6)):
                 corners[part, i] = points[frame].T
         return corners.reshape(*batch, 5, 3)
@@ -129,12 +135,16 @@ class ArmKinematics:
             q: joint positions [rad], (..., 6).
 
         Returns:
-            (..., 6, 6): rows v [m/rad], then w [-], in B; a column a joint.
+            (..., 6, 6): rows v [m/rad], then w [-], in B; one column for
+            each joint.
         """
         batch, rows = flatten(q, (JOINTS,), "q")
+        if (one := lone(rows)) is not None:
+            elements = self._single.jacobian(one)
+            return np.array(elements).reshape(*batch, 6, JOINTS)
         J = np.empty((len(rows), 6, JOINTS))
         for part in chunks(len(rows)):
-            axes, points = self._chain(rows[part].T)
+            axes, points = self._chain.frames(rows[part].T)
             columns = np.empty((6, JOINTS, len(rows[part])))
             for i in range(JOINTS):
                 axis = axes[i][2]
@@ -158,10 +168,13 @@ class ArmKinematics:
         """
         _require_payload(payload)
         batch, rows = flatten(q, (JOINTS,), "q")
+        if (one := lone(rows)) is not None:
+            carried = self._single.holding_torque(one, float(payload))
+            return np.array(carried).reshape(*batch, JOINTS)
         torque = np.empty((len(rows), JOINTS))
         for part in chunks(len(rows)):
-            axes, moments = self._load(rows[part].T, payload)
-            torque[part] = _rise(axes, moments).T
+            axes, moments = self._chain.load(rows[part].T, payload)
+            torque[part] = holding_torque(axes, moments).T
         return torque.reshape(*batch, JOINTS)
 
     def holding_torque_and_derivative(
@@ -185,12 +198,12 @@ class ArmKinematics:
         torque = np.empty((len(rows), JOINTS))
         derivative = np.empty((len(rows), JOINTS, JOINTS))
         for part in chunks(len(rows)):
-            axes, moments = self._load(rows[part].T, payload)
-            torque[part] = _rise(axes, moments).T
+            axes, moments = self._chain.load(rows[part].T, payload)
+            torque[part] = holding_torque(axes, moments).T
             for j in range(JOINTS):
                 # Joint j moves only what hangs on it.
                 turned = cross(axes[j], moments[j])
-                rise = _rise(axes[: j + 1], turned[None]).T
+                rise = holding_torque(axes[: j + 1], turned[None]).T
                 derivative[part, : j + 1, j] = rise
                 derivative[part, j, : j + 1] = rise
         return (
@@ -198,28 +211,31 @@ class ArmKinematics:
             derivative.reshape(*batch, JOINTS, JOINTS),
         )
 
-    @_FAR
     def inverse(self, X_BT: ArrayLike, *, limits: bool = True) -> Array:
         """All joint positions that take the tool to a pose, Appendix C.
 
-        Where the arm is singular a joint that is free stays at a valid
-        place: the waist anywhere, the forearm's roll at its DH zero.
+        Where the arm is singular some joint is free, and gets one of its
+        valid positions: the waist any of them, the fourth joint theta_4 = 0.
 
         Args:
             X_BT: pose of the tool's tip, (..., 4, 4).
             limits: whether to leave out what is beyond the joints' limits.
 
         Returns:
-            [rad], (..., 8, 6), NaN where there is none. In this order: waist
-            towards the wrist's centre, then away from it; in each the elbow
-            bent one way, then the other; in each the two wrists. An angle
-            that may be given in several turns is the one nearest to the
-            middle of its joint's range.
+            [rad], (..., 8, 6), rows of NaN where there is no solution. The
+            order: the waist towards the wrist's centre, then away from it;
+            for each the elbow bent one way, then the other; for each the two
+            wrists. Of the angles that differ by whole turns each is the one
+            nearest to the middle of its joint's range.
 
         Raises:
             ParameterError: a wrong shape, NaN, or not a pose.
         """
         batch, poses = flatten(X_BT, (4, 4), "X_BT")
+        one = lone(poses)
+        if one is not None and is_pose(one):
+            solutions = self._single.inverse(one, limits)
+            return np.array(solutions).reshape(*batch, SOLUTIONS, JOINTS)
         check_poses(poses)
         q = np.empty((len(poses), SOLUTIONS, JOINTS))
         for part in chunks(len(poses)):
@@ -227,11 +243,10 @@ class ArmKinematics:
             tool = np.ascontiguousarray(poses[part, :3].transpose(2, 1, 0))
             x6, y6, z6, tip = tool[2], -tool[1], tool[0], tool[3]
             q[part] = self._solver.solve(
-                tip - self._d[5] * z6, z6, x6, y6, limits
+                tip - self._solver.d[5] * z6, z6, x6, y6, limits
             )
         return q.reshape(*batch, SOLUTIONS, JOINTS)
 
-    @_FAR
     def inverse_axis(
         self, p_BT: ArrayLike, a_B: ArrayLike, *, limits: bool = True
     ) -> Array:
@@ -252,15 +267,20 @@ class ArmKinematics:
             ParameterError: a wrong shape, NaN, or not a unit vector.
         """
         p, a = numbers(p_BT, (3,), "p_BT"), numbers(a_B, (3,), "a_B")
-        try:
-            p, a = np.broadcast_arrays(p, a)
-        except ValueError:
-            raise ParameterError(
-                f"p_BT {p.shape} and a_B {a.shape} do not go together: valid "
-                "is (..., 3) each"
-            ) from None
+        if p.shape != a.shape:
+            try:
+                p, a = np.broadcast_arrays(p, a)
+            except ValueError:
+                raise ParameterError(
+                    f"p_BT {p.shape} and a_B {a.shape} do not go together: "
+                    "valid is (..., 3) each"
+                ) from None
         batch, points = flatten(p, (3,), "p_BT")
         _, axes = flatten(a, (3,), "a_B")
+        point, axis = lone(points), lone(axes)
+        if point is not None and axis is not None and is_direction(axis):
+            solutions = self._single.inverse_axis(point, axis, limits)
+            return np.array(solutions).reshape(*batch, SOLUTIONS, JOINTS)
         refuse(np.any(~np.isfinite(points), axis=1), points, "p_BT", "finite")
         check_directions(axes, "a_B")
         q = np.empty((len(points), SOLUTIONS, JOINTS))
@@ -268,15 +288,15 @@ class ArmKinematics:
             z6 = np.ascontiguousarray(axes[part].T)
             tip = points[part].T
             q[part] = self._solver.solve(
-                tip - self._d[5] * z6, z6, None, None, limits
+                tip - self._solver.d[5] * z6, z6, None, None, limits
             )
         return q.reshape(*batch, SOLUTIONS, JOINTS)
 
     def singularity_determinants(self, q: ArrayLike) -> Array:
         """Determinants of J11 and J22, (4.8), at the wrist's centre.
 
-        There J12 = 0, and the product is the determinant of the whole
-        Jacobian, at the wrist's centre as at the tip.
+        There J12 = 0, so that their product is the determinant of the whole
+        Jacobian, both at the wrist's centre and at the tip.
 
         Args:
             q: joint positions [rad], (..., 6).
@@ -285,11 +305,11 @@ class ArmKinematics:
             [m^3, -], (..., 2): zero where the arm, or the wrist, is singular.
         """
         batch, rows = flatten(q, (JOINTS,), "q")
-        theta = (rows + self._offset).T
+        theta = (rows + self._solver.offset).T
         elbow = theta[2] + self._solver.forearm_angle
         _, radius = self._wrist_radius(theta)
-        arm = self._arm_volume * np.sin(elbow) * radius
-        wrist = self._wrist_volume * np.sin(theta[4])
+        arm = self._arm_factor * np.sin(elbow) * radius
+        wrist = self._wrist_factor * np.sin(theta[4])
         return np.stack([arm, wrist], axis=-1).reshape(*batch, 2)
 
     def singularity_determinants_derivative(self, q: ArrayLike) -> Array:
@@ -302,82 +322,31 @@ class ArmKinematics:
             [m^3/rad, 1/rad], (..., 2, 6).
         """
         batch, rows = flatten(q, (JOINTS,), "q")
-        theta = (rows + self._offset).T
+        theta = (rows + self._solver.offset).T
         elbow = theta[2] + self._solver.forearm_angle
         height, radius = self._wrist_radius(theta)
         forearm_height = self._solver.forearm * np.sin(theta[1] + elbow)
         derivative = np.zeros((len(rows), 2, JOINTS))
-        derivative[:, 0, 1] = -self._arm_volume * np.sin(elbow) * height
-        derivative[:, 0, 2] = self._arm_volume * (
+        derivative[:, 0, 1] = -self._arm_factor * np.sin(elbow) * height
+        derivative[:, 0, 2] = self._arm_factor * (
             np.cos(elbow) * radius - np.sin(elbow) * forearm_height
         )
-        derivative[:, 1, 4] = self._wrist_volume * np.cos(theta[4])
+        derivative[:, 1, 4] = self._wrist_factor * np.cos(theta[4])
         return derivative.reshape(*batch, 2, JOINTS)
 
     def _wrist_radius(self, theta: Array) -> tuple[Array, Array]:
-        """The wrist's centre in the arm's plane; theta as DH has it, (6, n).
+        """The wrist's centre in the arm's plane, from theta, (6, n).
 
         Returns:
-            Its height over the shoulder, up or down as the plane is turned,
-            and its signed distance from the waist's axis [m], (n,) each.
+            Its height over the shoulder, positive along the plane's second
+            axis, and its signed distance from the waist's axis [m], (n,) each.
         """
         elbow = theta[1] + theta[2] + self._solver.forearm_angle
         a2, f = self._solver.upper_arm, self._solver.forearm
         return (
             a2 * np.sin(theta[1]) + f * np.sin(elbow),
-            self._a[0] + a2 * np.cos(theta[1]) + f * np.cos(elbow),
+            self._solver.a[0] + a2 * np.cos(theta[1]) + f * np.cos(elbow),
         )
-
-    def _load(self, q: Array, payload: float) -> tuple[Array, Array]:
-        """What each joint carries; q is (6, n).
-
-        Returns:
-            Joint axes [-] and, from the joint's origin, the mass moments
-            sum(m p) of all that it moves [kg m], (6, 3, n) each.
-        """
-        axes, points = self._chain(q)
-        moments = np.empty((JOINTS, *points[0].shape))
-        mass, moment = payload, payload * points[JOINTS]
-        for i in reversed(range(JOINTS)):
-            x, y, z = axes[i + 1]
-            c = self._com[i]
-            com = points[i + 1] + c[0] * x + c[1] * y + c[2] * z
-            mass = mass + self._mass[i]
-            moment = moment + self._mass[i] * com
-            moments[i] = moment - mass * points[i]
-        return np.stack([axes[i][2] for i in range(JOINTS)]), moments
-
-    def _chain(self, q: Array) -> tuple[list[tuple[Array, ...]], list[Array]]:
-        """Axes (x, y, z) and origins of DH frames 0 to 6; q is (6, n)."""
-        theta = q + self._offset[:, None]
-        cosines, sines = np.cos(theta), np.sin(theta)
-        n = q.shape[1]
-        x, y, z = (
-            np.repeat(np.eye(3)[:, i, None], n, axis=1) for i in range(3)
-        )
-        origin = np.zeros((3, n))
-        axes: list[tuple[Array, ...]] = [(x, y, z)]
-        points = [origin]
-        for i in range(JOINTS):
-            c, s = cosines[i], sines[i]
-            x, y = c * x + s * y, c * y - s * x
-            if self._d[i]:
-                origin = origin + self._d[i] * z
-            if self._a[i]:
-                origin = origin + self._a[i] * x
-            if self._sin[i]:  # A quarter turn about x.
-                y, z = self._sin[i] * z, -self._sin[i] * y
-            axes.append((x, y, z))
-            points.append(origin)
-        return axes, points
-
-    def _com_in_links(self, p_BC: Array) -> Array:
-        axes, points = self._chain(np.zeros((JOINTS, 1)))
-        com = np.empty((JOINTS, 3))
-        for i in range(JOINTS):
-            R_BL = np.column_stack(axes[i + 1])
-            com[i] = R_BL.T @ (p_BC[i] - points[i + 1][:, 0])
-        return com
 
 
 def _require_payload(payload: float) -> None:
@@ -388,9 +357,3 @@ def _require_payload(payload: float) -> None:
         payload,
         "a mass of 0 kg or more",
     )
-
-
-def _rise(axes: Array, moments: Array) -> Array:
-    """Gravity's share [N m], (k, n), in turning mass moments about axes."""
-    turning = axes[:, 0] * moments[:, 1] - axes[:, 1] * moments[:, 0]
-    return GRAVITY * turning

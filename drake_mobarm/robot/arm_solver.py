@@ -1,10 +1,12 @@
-"""Closed-form inverse kinematics, Appendix C: its equations, and no checks.
+"""Inverse kinematics in closed form, Appendix C, for batches of poses.
 
 The first three joints put the wrist's centre into its place, the last three
-are Euler angles of what is left. With the corrections that Appendix C needs:
-the second waist solution has a negative radial distance, and a forearm that
-rolls has wrist angles of its own.
+are Euler angles of the rotation that remains. Two corrections of Appendix C:
+the second solution of the waist has a negative radial distance, and an arm
+whose forearm rolls has different wrist angles.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_parameters import JOINTS, ArmParameters
+from drake_mobarm.robot.batches import OVERFLOW_IS_FAR
 
 SOLUTIONS = 8
 
@@ -21,32 +24,47 @@ _TURNS = ((-1, 1), (0,), (-1, 0, 1), (-1, 1), (-1, 1), (0,))
 # solution [rad]: rounding takes poses there that the arm reaches.
 _REACH_TOLERANCE = 1e-9
 _LIMIT_TOLERANCE = 1e-9
-# Sine of the wrist's bend below which forearm and hand turn about one line.
-_STRAIGHT = 1e-12
+
+STRAIGHT = 1e-12
+"""Sine of the wrist's bend below which forearm and hand are in line."""
 
 
 class ArmSolver:
-    """An arm's lengths, and where its joints have to be.
+    """The lengths of an arm, and the joint positions that reach a pose.
 
     Attributes:
-        offset: of theta, (6,) [rad]; d, a: as DH has them, (6,) [m].
-        sin: of alpha, (6,): -1, 0 or 1.
+        offset: of theta [rad], (6,).
+        d: of the DH rows [m], (6,).
+        a: of the DH rows [m], (6,).
+        sin: sine of alpha of the DH rows, (6,): -1, 0 or 1.
         upper_arm: length [m].
         forearm: length, from the elbow's axis to the wrist's centre [m].
         forearm_angle: its direction in the arm's plane at theta_3 = 0 [rad].
         side: distance of the wrist's centre from the plane through the
             waist's axis [m].
+        stretched: the largest squared distance from the shoulder to the
+            wrist's centre, in the arm's plane [m^2].
+        folded: the smallest one [m^2].
+        lower: joint limits [rad], (6,).
+        upper: joint limits [rad], (6,).
+        middle: of the joints' ranges [rad], (6,).
+        half: how far from the middle a solution may be [rad], (6,); infinite
+            for a joint that turns all the way round.
 
     Args:
         parameters: the arm.
 
     Raises:
-        ParameterError: this closed form does not solve it.
+        ParameterError: the DH rows are of an arm that this closed form does
+            not solve.
     """
 
     def __init__(self, parameters: ArmParameters) -> None:
         self.lower = np.asarray(parameters.lower)
         self.upper = np.asarray(parameters.upper)
+        self.middle = (self.lower + self.upper) / 2
+        self.half = (self.upper - self.lower) / 2 + _LIMIT_TOLERANCE
+        self.half[self.half >= np.pi] = np.inf
         offset, d, a, alpha = np.asarray(parameters.dh).T
         quarters = np.rint(alpha / (np.pi / 2))
         for joint, valid in enumerate(_TURNS):
@@ -70,16 +88,45 @@ class ArmSolver:
         self.sin = np.array([0, 1, 0, -1])[quarters.astype(int) % 4]
         rolls = self.sin[2] != 0
         forearm = np.array([a[2], -d[3] * self.sin[2]])
-        self.upper_arm, self.forearm = a[1], float(np.hypot(*forearm))
+        self.upper_arm = float(a[1])
+        self.forearm = float(np.hypot(*forearm))
         self.forearm_angle = float(np.arctan2(forearm[1], forearm[0]))
-        self.side = d[1] + d[2] + (0.0 if rolls else d[3])
+        self.side = float(d[1] + d[2] + (0.0 if rolls else d[3]))
         require(
             self.upper_arm > 0 and self.forearm > 0,
             "dh",
-            [float(self.upper_arm), self.forearm],
+            [self.upper_arm, self.forearm],
             "an upper arm and a forearm longer than 0",
         )
+        longest = self.upper_arm + self.forearm
+        shortest = self.upper_arm - self.forearm
+        self.stretched, self.folded = longest**2, shortest**2
+        slack = 2 * _REACH_TOLERANCE
+        self._least = (
+            -slack * abs(self.side),
+            -slack * longest,
+            -slack * abs(shortest),
+        )
 
+    def reaches(self, squared: Any, short: Any, more: Any) -> Any:
+        """Whether the arm reaches the wrist's centre.
+
+        Args:
+            squared: radial distance in the arm's plane, squared [m^2].
+            short: `stretched` less the squared distance from the shoulder.
+            more: the squared distance from the shoulder less `folded`.
+
+        Returns:
+            A bool for floats, an array of them for arrays.
+        """
+        least_squared, least_short, least_more = self._least
+        return (
+            (short >= least_short)
+            & (more >= least_more)
+            & (squared >= least_squared)
+        )
+
+    @OVERFLOW_IS_FAR
     def solve(
         self,
         wrist: Array,
@@ -88,13 +135,13 @@ class ArmSolver:
         y6: Array | None,
         limits: bool,
     ) -> Array:
-        """All solutions, `ArmKinematics.inverse` tells which.
+        """All solutions, in the order that `ArmKinematics.inverse` states.
 
         Args:
-            wrist: its centre in B [m], (3, n).
-            z6: axis of frame 6 in B, (3, n).
-            x6: likewise; without it and y6 the sixth joint is at 0.
-            y6: likewise.
+            wrist: the wrist's centre in B [m], (3, n).
+            z6: z axis of DH frame 6 in B, (3, n).
+            x6: its x axis, (3, n), or None: the sixth joint is then at 0.
+            y6: its y axis, (3, n), or None, as x6.
             limits: whether to leave out what is beyond the joints' limits.
 
         Returns:
@@ -124,7 +171,7 @@ class ArmSolver:
         s4, s5 = self.sin[3], self.sin[4]
         W13, W23, W33 = in_frame_3(z6)
         bend = np.sqrt(W13 * W13 + W23 * W23)
-        straight = bend < _STRAIGHT
+        straight = bend < STRAIGHT
         if straight.any():
             W13, W23 = np.where(straight, 1.0, W13), np.where(straight, 0, W23)
             scale = 1 / np.where(straight, 1.0, bend)
@@ -153,15 +200,13 @@ class ArmSolver:
         second[:, :, 5] = first[:, :, 5] + flip
 
         q = theta.reshape(SOLUTIONS, JOINTS, n)
-        middle = ((self.lower + self.upper) / 2)[:, None]
+        middle = self.middle[:, None]
         q -= self.offset[:, None] + middle
         q -= 2 * np.pi * np.rint(q / (2 * np.pi))
         good: NDArray[np.bool_] = np.repeat(reached, 4, axis=0)
         if limits:
-            half = (self.upper - self.lower) / 2 + _LIMIT_TOLERANCE
-            # A joint that turns all the way round is always within.
-            for i in np.flatnonzero(half < np.pi):
-                good &= np.abs(q[:, i]) <= half[i]
+            for i in np.flatnonzero(self.half < np.inf):
+                good &= np.abs(q[:, i]) <= self.half[i]
         q += middle
         if limits:
             np.clip(q, self.lower[:, None], self.upper[:, None], out=q)
@@ -190,13 +235,8 @@ class ArmSolver:
         # more than the folded one's: in their product the elbow's sine stays
         # exact where both links are as long and 1 - cosine^2 does not.
         distance = out * out + up * up
-        short, more = (a2 + f) ** 2 - distance, distance - (a2 - f) ** 2
-        slack = 2 * _REACH_TOLERANCE
-        reached = (
-            (short >= -slack * (a2 + f))
-            & (more >= -slack * abs(a2 - f))
-            & (squared >= -slack * abs(side))
-        )
+        short, more = self.stretched - distance, distance - self.folded
+        reached = self.reaches(squared, short, more)
         sine = np.sqrt(np.maximum(short * more, 0.0)) / (2 * a2 * f)
         D = (more - short) / (4 * a2 * f)
         elbow = np.arctan2(sine, D)

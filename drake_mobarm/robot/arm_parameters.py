@@ -1,4 +1,4 @@
-"""Figures of six-joint arms: Denavit-Hartenberg rows, limits, masses."""
+"""Parameters of six-joint arms: Denavit-Hartenberg rows, limits, masses."""
 
 from dataclasses import dataclass
 
@@ -13,17 +13,18 @@ JOINTS = 6
 
 @dataclass(frozen=True, kw_only=True)
 class ArmParameters:
-    """What tells one six-joint arm with a spherical wrist from another.
+    """Parameters of a six-joint arm with a spherical wrist.
 
     Attributes:
-        dh: a row a joint, (6, 4): offset of theta [rad], d [m], a [m],
-            alpha [rad], in the standard convention: frame i is reached from
-            frame i - 1 by Rz(q + offset) Tz(d) Tx(a) Rx(alpha).
+        dh: Denavit-Hartenberg rows, (6, 4), one for each joint: offset of
+            theta [rad], d [m], a [m], alpha [rad]. Standard convention:
+            frame i is frame i - 1 moved by
+            Rz(q + offset) Tz(d) Tx(a) Rx(alpha).
         lower: joint limits [rad], (6,).
         upper: joint limits [rad], (6,).
-        torque_limit: r, what a joint's motors hold at most [N m], (6,).
+        torque_limit: r, the largest torque of each joint [N m], (6,).
         mass: of the link that each joint moves [kg], (6,).
-        com: those links' centres of mass at q = 0, p_BC [m], (6, 3).
+        com: p_BC, the centres of mass of those links at q = 0 [m], (6, 3).
 
     Raises:
         ParameterError: a shape is wrong or a value is out of its range.

@@ -1,17 +1,17 @@
-"""The differential-drive base on paper: section 7.3.1.1 and 7.3.1.2."""
+"""Kinematics and dynamics of the base: sections 7.3.1.1 and 7.3.1.2."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive
 from drake_mobarm.geometry import Array
 
 
 @dataclass(kw_only=True)
 class DifferentialDrive:
-    """Figures of the base with the arm stowed, and what follows from them.
+    """The differential-drive base, with the arm stowed.
 
     The defaults are those of `models/mobile_arm.urdf`; `tests` compares them
     with the plant.
@@ -43,7 +43,8 @@ class DifferentialDrive:
     wheel_torque_limit: float = 6.0
 
     def __post_init__(self) -> None:
-        for field in (
+        positive(
+            self,
             "wheel_radius",
             "track",
             "mass",
@@ -53,9 +54,7 @@ class DifferentialDrive:
             "wheel_speed_limit",
             "wheel_acceleration_limit",
             "wheel_torque_limit",
-        ):
-            value = getattr(self, field)
-            require(0 < value < np.inf, field, value, "above 0")
+        )
 
     def body_velocity(self, wheel_speeds: ArrayLike) -> Array:
         """(v, w) [m/s, rad/s], (..., 2), of wheel speeds; (7.1), (7.2).

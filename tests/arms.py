@@ -155,3 +155,46 @@ def small(rng, n, least=-16.0, most=-1.0):
     """Log-uniform, of either sign; a tenth of it zero."""
     size = 10 ** rng.uniform(least, most, n) * rng.choice([-1, 1], n)
     return np.where(rng.random(n) < 0.1, 0.0, size)
+
+
+# Poses at and near singularities
+
+
+def waist_singular(q, radius, sign):
+    """Sets the shoulder so that the wrist's centre is at a radius.
+
+    With the links of the URDF in the plane: the dog-leg turned by the
+    shoulder, the forearm by shoulder and elbow.
+    """
+    forward = 0.04975 + 0.25 * np.cos(q[:, 2])
+    up = 0.25 - 0.25 * np.sin(q[:, 2])
+    lean = np.arccos(np.clip(radius / np.hypot(forward, up), -1, 1))
+    q[:, 1] = np.arctan2(up, forward) + sign * lean
+
+
+def singular_q(kind, n=10_000, parameters=WIDOWX_250):
+    rng = np.random.default_rng(5)
+    q = rng.uniform(parameters.lower, parameters.upper, (n, 6))
+    straight = STRAIGHT if parameters is WIDOWX_250 else 0.0
+    if kind == "threshold":
+        q[:, 4] = small(rng, n, -13, -9)
+    if kind in ("wrist", "wrist and elbow", "all"):
+        q[:, 4] = small(rng, n)
+    if kind in ("elbow", "wrist and elbow", "all"):
+        q[:, 2] = straight + small(rng, n)
+    if kind == "folded":
+        q[:, 2] = straight + PI + small(rng, n)
+    if kind in ("waist", "waist and wrist", "all"):
+        waist_singular(q, small(rng, n), rng.choice([-1, 1], n))
+    if kind == "waist and wrist":
+        q[:, 4] = small(rng, n)
+    if kind == "upright":
+        q[:, 2], q[:, 4] = straight, 0.0  # All at once, the tool straight up.
+        waist_singular(q, np.zeros(n), -1)
+    return q
+
+
+KINDS = [
+    *("wrist", "threshold", "elbow", "folded", "waist", "upright"),
+    *("wrist and elbow", "waist and wrist", "all"),
+]

@@ -1,7 +1,6 @@
-"""There and back, singular poses, and Appendix C as printed."""
+"""There and back, away from singularities and at square angles."""
 
 import itertools
-import math
 import warnings
 from dataclasses import replace
 
@@ -9,21 +8,17 @@ import numpy as np
 import pytest
 from arms import (
     PI,
-    PUMA_560,
     STRAIGHT,
     TURN,
     WIDOWX,
-    X_6T,
     all_arms,
     apart,
     arms,
     check_poses,
-    frames,
     jacobian_at,
     pose,
     random_q,
     regular,
-    small,
 )
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -37,9 +32,6 @@ from drake_mobarm.robot.batches import CHUNK
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")
-
-
-# Inverse: away from singularities
 
 
 @pytest.mark.parametrize(("limits", "n"), [(True, 30_000), (False, 100_000)])
@@ -202,144 +194,6 @@ def test_limits_that_rounding_would_pass_are_kept():
         assert (there <= upper).all()
 
 
-# Inverse: at and near singularities
-
-
-def waist_singular(q, radius, sign):
-    """Sets the shoulder so that the wrist's centre is at a radius.
-
-    With the links of the URDF in the plane: the dog-leg turned by the
-    shoulder, the forearm by shoulder and elbow.
-    """
-    forward = 0.04975 + 0.25 * np.cos(q[:, 2])
-    up = 0.25 - 0.25 * np.sin(q[:, 2])
-    lean = np.arccos(np.clip(radius / np.hypot(forward, up), -1, 1))
-    q[:, 1] = np.arctan2(up, forward) + sign * lean
-
-
-def singular_q(kind, n=10_000, parameters=WIDOWX_250):
-    rng = np.random.default_rng(5)
-    q = rng.uniform(parameters.lower, parameters.upper, (n, 6))
-    straight = STRAIGHT if parameters is WIDOWX_250 else 0.0
-    if kind == "threshold":
-        q[:, 4] = small(rng, n, -13, -9)
-    if kind in ("wrist", "wrist and elbow", "all"):
-        q[:, 4] = small(rng, n)
-    if kind in ("elbow", "wrist and elbow", "all"):
-        q[:, 2] = straight + small(rng, n)
-    if kind == "folded":
-        q[:, 2] = straight + PI + small(rng, n)
-    if kind in ("waist", "waist and wrist", "all"):
-        waist_singular(q, small(rng, n), rng.choice([-1, 1], n))
-    if kind == "waist and wrist":
-        q[:, 4] = small(rng, n)
-    if kind == "upright":
-        q[:, 2], q[:, 4] = straight, 0.0  # All at once, the tool straight up.
-        waist_singular(q, np.zeros(n), -1)
-    return q
-
-
-KINDS = [
-    *("wrist", "threshold", "elbow", "folded", "waist", "upright"),
-    *("wrist and elbow", "waist and wrist", "all"),
-]
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_near_a_singularity_every_solution_reaches_the_pose(kind):
-    q = singular_q(kind)
-    X_BT = pose(WIDOWX_250, q)
-    every = WIDOWX.inverse(X_BT, limits=False)
-    assert (check_poses(WIDOWX_250, every, X_BT) == 8).all()
-    assert not regular(WIDOWX_250, q).all()
-    check_poses(WIDOWX_250, WIDOWX.inverse(X_BT), X_BT)
-
-
-@pytest.mark.parametrize(
-    "kind", ["wrist", "threshold", "elbow", "wrist and elbow"]
-)
-def test_singular_wrist_or_elbow_leaves_a_solution_within_limits(kind):
-    q = singular_q(kind)
-    X_BT = pose(WIDOWX_250, q)
-    assert (check_poses(WIDOWX_250, WIDOWX.inverse(X_BT), X_BT) > 0).all()
-
-
-@pytest.mark.parametrize("kind", ["wrist", "elbow", "wrist and elbow"])
-def test_arm_of_appendix_c_is_solved_where_it_is_singular(kind):
-    q = singular_q(kind, parameters=APPENDIX_C)
-    X_BT = pose(APPENDIX_C, q)
-    solutions = ArmKinematics(APPENDIX_C).inverse(X_BT)
-    assert (check_poses(APPENDIX_C, solutions, X_BT) == 8).all()
-
-
-def test_free_joints_stay_where_the_docstring_says():
-    q = singular_q("wrist")
-    q = q[q[:, 4] == 0]
-    assert len(q) > 500
-    # The wrist is straight in one of its two solutions with the own elbow.
-    solutions = WIDOWX.inverse(pose(WIDOWX_250, q), limits=False)
-    own = apart(solutions[..., :3], q[:, None, :3]) < 1e-6
-    assert (own.sum(axis=1) >= 2).all()
-    rolls = np.sort(np.abs(solutions[..., 3][own]).reshape(-1, 2), axis=1)
-    np.testing.assert_allclose(rolls, np.tile([0, PI], (len(q), 1)), atol=1e-12)
-
-
-def test_determinants_vanish_where_the_arm_is_singular():
-    for kind, column in (("wrist", 1), ("elbow", 0), ("waist", 0)):
-        q = singular_q(kind)
-        exact = {
-            "wrist": q[:, 4] == 0,
-            "elbow": q[:, 2] == STRAIGHT,
-            "waist": np.hypot(*(frames(WIDOWX_250, q)[5, :, :2, 3]).T) < 1e-15,
-        }[kind]
-        assert exact.sum() > 500
-        determinants = WIDOWX.singularity_determinants(q)
-        assert np.abs(determinants[exact, column]).max() < 1e-15
-        other = WIDOWX.singularity_determinants(random_q(WIDOWX_250, 100))
-        assert np.median(np.abs(other[:, column])) > 1e-3
-
-
-def test_folded_arm_with_equal_links_is_solved():
-    # Then the wrist's centre may lie at the shoulder itself.
-    dh = np.array(APPENDIX_C.dh)
-    dh[1, 2] = dh[2, 2] = 1.0
-    parameters = replace(APPENDIX_C, dh=dh)
-    rng = np.random.default_rng(6)
-    q = random_q(parameters, 10_000)
-    q[:, 2] = PI + small(rng, len(q), -12, -3)
-    X_BT = pose(parameters, q)
-    solutions = ArmKinematics(parameters).inverse(X_BT, limits=False)
-    assert (check_poses(parameters, solutions, X_BT, 1e-10) == 8).all()
-
-
-@pytest.mark.parametrize("side", [1e-9, 1e-5, 0.15])
-def test_wrist_cannot_come_nearer_to_the_waist_than_its_offset(side):
-    dh = np.array(PUMA_560.dh)
-    dh[2, 1] = side
-    parameters = replace(PUMA_560, dh=dh)
-    kinematics = ArmKinematics(parameters)
-    rng = np.random.default_rng(7)
-    # Directions and heights are of no matter: the tool points anywhere.
-    X_BT = pose(parameters, random_q(parameters, 2000))
-    heading = rng.uniform(-PI, PI, 2000)
-    for ratio, reached in ((1 + 1e-6, True), (1 - 1e-14, True), (0.1, None)):
-        p_BW = np.column_stack(
-            [
-                ratio * side * np.cos(heading),
-                ratio * side * np.sin(heading),
-                rng.uniform(0.5, 0.8, 2000),
-            ]
-        )
-        X_BT[:, :3, 3] = p_BW + 0.05625 * X_BT[:, :3, 0]
-        count = check_poses(
-            parameters, kinematics.inverse(X_BT, limits=False), X_BT
-        )
-        if reached:
-            assert (count == 8).mean() > 0.9
-        elif side > 1e-8:
-            assert (count == 0).all()
-
-
 # Poses as callers have them
 
 
@@ -435,146 +289,3 @@ def test_inputs_are_left_as_they_are():
     WIDOWX.inverse(X_BT)
     WIDOWX.inverse_axis(X_BT[:, :3, 3], X_BT[:, :3, 0])
     np.testing.assert_array_equal(X_BT, before)
-
-
-# A point along an axis
-
-
-def tip_and_approach(q):
-    X_BT = pose(WIDOWX_250, q)
-    return X_BT[..., :3, 3], X_BT[..., :3, 0]
-
-
-@pytest.mark.parametrize("kind", ["regular", *KINDS])
-def test_axis_solutions_put_tip_and_approach_where_they_have_to_be(kind):
-    q = random_q(WIDOWX_250, 20_000) if kind == "regular" else singular_q(kind)
-    p_BT, a_B = tip_and_approach(q)
-    solutions = WIDOWX.inverse_axis(p_BT, a_B, limits=False)
-    assert not np.isnan(solutions).any()
-    assert (solutions[..., 5] == 0).all()
-    tips, approaches = tip_and_approach(solutions.reshape(-1, 6))
-    assert np.abs(tips - np.repeat(p_BT, 8, axis=0)).max() < 1e-8
-    assert np.abs(approaches - np.repeat(a_B, 8, axis=0)).max() < 1e-8
-
-
-def test_axis_solutions_have_the_arms_own_among_them():
-    q = random_q(WIDOWX_250, 20_000)
-    solutions = WIDOWX.inverse_axis(*tip_and_approach(q))
-    q[:, 5] = 0.0
-    nearest = np.nanmin(apart(solutions, q[:, None]), axis=1)
-    assert nearest[regular(WIDOWX_250, q)].max() < 1e-6
-    there = solutions[~np.isnan(solutions).any(axis=-1)]
-    assert (there >= WIDOWX_250.lower).all()
-    assert (there <= WIDOWX_250.upper).all()
-
-
-@all_arms
-def test_any_arms_axis_solutions_are_right_and_have_its_own(parameters):
-    q = random_q(parameters, 1000)
-    X_BT = pose(parameters, q)
-    solutions = ArmKinematics(parameters).inverse_axis(
-        X_BT[:, :3, 3], X_BT[:, :3, 0], limits=False
-    )
-    there = ~np.isnan(solutions).any(axis=-1)
-    reached = pose(parameters, solutions[there])
-    target = X_BT[np.nonzero(there)[0]]
-    # Tip and approach.
-    assert np.abs((reached - target)[:, :3, [0, 3]]).max() < 1e-8
-    assert (solutions[there][:, 5] == 0).all()
-    q[:, 5] = 0
-    nearest = np.nanmin(apart(solutions, q[:, None]), axis=1)
-    assert nearest[regular(parameters, q)].max() < 1e-6
-
-
-def test_one_axis_serves_many_points():
-    down = [0.0, 0.0, -1.0]
-    points = np.array([[0.3, 0.0, 0.1], [0.2, 0.2, 0.05], [5.0, 0.0, 0.0]])
-    solutions = WIDOWX.inverse_axis(points, down)
-    assert solutions.shape == (3, 8, 6)
-    for i in range(2):
-        there = solutions[i][~np.isnan(solutions[i]).any(axis=-1)]
-        assert len(there) > 0
-        tips, approaches = tip_and_approach(there)
-        np.testing.assert_allclose(
-            tips, np.tile(points[i], (len(there), 1)), atol=1e-8
-        )
-        np.testing.assert_allclose(
-            approaches, np.tile(down, (len(there), 1)), atol=1e-8
-        )
-    assert np.isnan(solutions[2]).all()
-    assert WIDOWX.inverse_axis(np.zeros((0, 3)), down).shape == (0, 8, 6)
-
-
-# Appendix C as printed
-
-
-def atan2(x, y):
-    """With the order of arguments that Appendix C has."""
-    return math.atan2(y, x)
-
-
-def appendix_c(X_BT):
-    """The printed formulas; corrected are misprints and a sign."""
-    d_1, d_2, d_6 = 0.11065, 0.0, 0.158575
-    a_2, a_3 = math.hypot(0.04975, 0.25), 0.25
-    R = X_BT[:3, :3] @ X_6T[:3, :3].T
-    (r_11, r_12, r_13), (r_21, r_22, r_23), (_, _, r_33) = R
-    x_w, y_w, z_w = X_BT[:3, 3] - d_6 * R[:, 2]
-    D = (x_w**2 + y_w**2 - d_2**2 + (z_w - d_1) ** 2 - a_2**2 - a_3**2) / (
-        2 * a_2 * a_3
-    )
-    solutions = []
-    for q_1, toward in (
-        (atan2(x_w, y_w), 1),
-        # The radial distance of the second is negative: printed it is not.
-        (PI + atan2(x_w, y_w), -1),
-    ):
-        radial = toward * math.sqrt(x_w**2 + y_w**2 - d_2**2)
-        for bend in (1, -1):
-            q_3 = atan2(D, bend * math.sqrt(1 - D**2))
-            q_2 = atan2(radial, z_w - d_1) - atan2(
-                a_2 + a_3 * math.cos(q_3), a_3 * math.sin(q_3)
-            )
-            c_1, s_1 = math.cos(q_1), math.sin(q_1)
-            c_23, s_23 = math.cos(q_2 + q_3), math.sin(q_2 + q_3)
-            along = c_1 * c_23 * r_13 + s_1 * c_23 * r_23 + s_23 * r_33
-            across = -c_1 * s_23 * r_13 - s_1 * s_23 * r_23 + c_23 * r_33
-            cosine = s_1 * r_13 - c_1 * r_23
-            sine = math.sqrt(1 - cosine**2)
-            solutions.append(
-                [
-                    *(q_1, q_2, q_3, atan2(along, across)),
-                    atan2(cosine, sine),
-                    atan2(-s_1 * r_11 + c_1 * r_21, s_1 * r_12 - c_1 * r_22),
-                ]
-            )
-            solutions.append(
-                [
-                    *(q_1, q_2, q_3, atan2(-along, -across)),
-                    atan2(cosine, -sine),
-                    atan2(s_1 * r_11 - c_1 * r_21, -s_1 * r_12 + c_1 * r_22),
-                ]
-            )
-    return np.array(solutions)
-
-
-def test_solutions_are_those_that_appendix_c_prints():
-    q = random_q(APPENDIX_C, 1100)
-    q = q[regular(APPENDIX_C, q)][:1000]
-    assert len(q) == 1000
-    X_BT = pose(APPENDIX_C, q)
-    solutions = ArmKinematics(APPENDIX_C).inverse(X_BT)
-    for ours, target in zip(solutions, X_BT, strict=True):
-        distance = apart(ours[:, None], appendix_c(target)[None])
-        # One of the printed for each of ours, and the other way round.
-        assert distance.min(axis=0).max() < 1e-8
-        assert distance.min(axis=1).max() < 1e-8
-
-
-def test_arm_of_appendix_c_is_stretched_forward_and_points_right():
-    length = math.hypot(0.04975, 0.25) + 0.25
-    X_BT = ArmKinematics(APPENDIX_C).forward(np.zeros(6))
-    np.testing.assert_allclose(
-        X_BT[:3, 3], [length, -0.158575, 0.11065], atol=1e-12
-    )
-    np.testing.assert_allclose(X_BT[:3, 0], [0, -1, 0], atol=1e-12)

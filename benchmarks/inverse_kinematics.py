@@ -10,8 +10,9 @@ repeated; the best repetition tells what the code costs, the median what a
 shared machine makes of it. Every solution is put back through the forward
 kinematics, which the tests hold against Drake's plant.
 
-A second table has poses near the singularities of wrist and elbow: there
-angles are lost, not poses.
+A second table has single poses, one call each, as a control loop has them. A
+third has poses near the singularities of wrist and elbow: there angles are
+lost, not poses.
 """
 
 import argparse
@@ -24,26 +25,22 @@ import platform
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from arm_peers import (
+    ANGLE_TOLERANCE,
+    POSITION_TOLERANCE,
+    DhRobot,
+    DrakeSolver,
+    Eaik,
+)
 from common import parse, processor, publish, use_one_core
 from numpy.typing import NDArray
-from pydrake.math import RotationMatrix
-from pydrake.multibody.inverse_kinematics import InverseKinematics
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.solvers import Solve
 
-from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.robot.shape import URDF
-
-try:
-    from eaik.IK_DH import DhRobot
-except ImportError:
-    DhRobot = None
 
 Array = NDArray[np.float64]
 
@@ -51,17 +48,12 @@ SEED = 0
 SINGLE_POSES = 2000
 DRAKE_POSES = 200
 SINGULAR_POSES = 10_000
-# What Drake's constraints leave free; it cannot hold an angle of zero.
-POSITION_TOLERANCE = 1e-5
-ANGLE_TOLERANCE = 1e-3
 LIMIT_TOLERANCE = 1e-9
 # Pose error up to which a solution near a singularity counts as right.
 RIGHT = 1e-6
 
 ARM = ArmKinematics(WIDOWX_250)
 MIDDLE = (ARM.lower + ARM.upper) / 2
-# Axes of the tool's frame in DH frame 6, which is EAIK's last.
-X_6T = np.array([[0, 0, 1, 0], [0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 0, 1.0]])
 
 
 @dataclass
@@ -100,6 +92,18 @@ def pose_error(q: Array, X_BT: Array) -> Array:
     return deviation
 
 
+def timed(
+    call: Callable[[], Any], n: int, repetitions: int
+) -> tuple[list[float], Any]:
+    """Times of a call for n poses [us a pose], and its last result."""
+    times = []
+    for _ in range(repetitions):
+        started = time.perf_counter()
+        result = call()
+        times.append((time.perf_counter() - started) / n * 1e6)
+    return times, result
+
+
 def measure(
     name: str,
     solve: Callable[[], Any],
@@ -117,11 +121,7 @@ def measure(
         X_BT: the poses, (n, 4, 4).
         repetitions: how often.
     """
-    times = []
-    for _ in range(repetitions):
-        started = time.perf_counter()
-        result = solve()
-        times.append((time.perf_counter() - started) / len(X_BT) * 1e6)
+    times, result = timed(solve, len(X_BT), repetitions)
     q = within_limits(gather(result))
     there = ~np.isnan(q).any(axis=-1)
     return Row(
@@ -135,91 +135,12 @@ def measure(
     )
 
 
-class Eaik:
-    """EAIK's solver for the same Denavit-Hartenberg rows."""
-
-    def __init__(self) -> None:
-        self.offset, d, a, alpha = np.asarray(WIDOWX_250.dh).T
-        self.robot = DhRobot(alpha, a, d)
-
-    @staticmethod
-    def convert(X_BT: Array) -> list[Array]:
-        """Poses as EAIK takes them, of DH frame 6."""
-        return list(np.ascontiguousarray(X_BT @ X_6T.T))
-
-    def gather(self, results: list[Any], *, approximate: bool = False) -> Array:
-        """Solutions (n, 8, 6), NaN where there is none.
-
-        Args:
-            results: EAIK's.
-            approximate: whether to keep what EAIK itself calls so.
-        """
-        count = np.array([len(result.Q) for result in results])
-        rows = np.repeat(np.arange(len(results)), count)
-        columns = np.arange(len(rows)) - np.repeat(
-            np.cumsum(count) - count, count
-        )
-        solutions = np.concatenate([result.Q for result in results])
-        if not approximate:
-            poor = np.concatenate([result.is_LS for result in results])
-            solutions[poor.astype(bool)] = np.nan
-        q = np.full((len(results), 8, 6), np.nan)
-        q[rows, columns] = solutions - self.offset
-        return q
-
-
-class DrakeSolver:
-    """Drake's InverseKinematics on the plant, base and wheels held."""
-
-    def __init__(self) -> None:
-        self.plant = MultibodyPlant(0.0)
-        Parser(self.plant).AddModels(str(URDF))
-        self.plant.WeldFrames(
-            self.plant.world_frame(), self.plant.GetFrameByName("base")
-        )
-        self.plant.Finalize()
-        self.base = self.plant.GetFrameByName("arm_base")
-        self.tool = self.plant.GetFrameByName("tool")
-        self.joints = [
-            self.plant.GetJointByName(name).position_start()
-            for name in ARM_JOINTS
-        ]
-        self.guess = np.zeros(self.plant.num_positions())
-        self.guess[self.joints] = MIDDLE
-
-    def solve(self, X_BT: Array) -> Array:
-        """One solution, (1, 6), NaN if it finds none."""
-        problem = InverseKinematics(self.plant)
-        p_BT = X_BT[:3, 3]
-        problem.AddPositionConstraint(
-            frameB=self.tool,
-            p_BQ=[0, 0, 0],
-            frameA=self.base,
-            p_AQ_lower=p_BT - POSITION_TOLERANCE,
-            p_AQ_upper=p_BT + POSITION_TOLERANCE,
-        )
-        problem.AddOrientationConstraint(
-            frameAbar=self.base,
-            R_AbarA=RotationMatrix(X_BT[:3, :3]),
-            frameBbar=self.tool,
-            R_BbarB=RotationMatrix(),
-            theta_bound=ANGLE_TOLERANCE,
-        )
-        wheels = np.delete(problem.q(), self.joints)
-        problem.prog().AddBoundingBoxConstraint(0, 0, wheels)
-        result = Solve(problem.prog(), self.guess)
-        if not result.is_success():
-            return np.full((1, 6), np.nan)
-        q: Array = result.GetSolution(problem.q())[self.joints]
-        return q[None]
-
-
 def regular_rows(n: int, repetitions: int) -> list[Row]:
     """The first table."""
     rng = np.random.default_rng(SEED)
     X_BT = ARM.forward(rng.uniform(ARM.lower, ARM.upper, (n, 6)))
     some, few = X_BT[:SINGLE_POSES], X_BT[:DRAKE_POSES]
-    eaik, drake = Eaik(), DrakeSolver()
+    eaik, drake = Eaik(), DrakeSolver(MIDDLE)
     converted = eaik.convert(X_BT)
     # Warm up: what is loaded or reserved once counts for nobody.
     ARM.inverse(X_BT[:5000])
@@ -280,8 +201,49 @@ def regular_rows(n: int, repetitions: int) -> list[Row]:
     ]
 
 
+def single_rows(repetitions: int) -> list[dict[str, Any]]:
+    """The second table: one call a pose, ours and EAIK's."""
+    rng = np.random.default_rng(SEED)
+    q = rng.uniform(ARM.lower, ARM.upper, (SINGLE_POSES, 6))
+    X_BT = ARM.forward(q)
+    eaik = Eaik()
+    theta, X_B6 = list(q + eaik.offset), eaik.convert(X_BT)
+    rows = []
+    for name, ours, poses, theirs, their_poses in (
+        ("forward", ARM.forward, q, eaik.robot.fwdKin, theta),
+        ("jacobian", ARM.jacobian, q, None, None),
+        ("inverse, with limits", ARM.inverse, X_BT, None, None),
+        (
+            "inverse, without limits",
+            partial(ARM.inverse, limits=False),
+            X_BT,
+            eaik.robot.IK,
+            X_B6,
+        ),
+    ):
+        row: dict[str, Any] = {"name": name}
+        for who, call, given in (
+            ("ours", ours, poses),
+            ("EAIK", theirs, their_poses),
+        ):
+            if call is None:
+                row[who] = None
+                continue
+            times, _ = timed(
+                lambda call=call, given=given: [call(x) for x in given],
+                SINGLE_POSES,
+                repetitions,
+            )
+            row[who] = {
+                "best_us": min(times),
+                "median_us": float(np.median(times)),
+            }
+        rows.append(row)
+    return rows
+
+
 def singular_rows() -> list[dict[str, Any]]:
-    """The second table: the poses near the singularities."""
+    """The third table: the poses near the singularities."""
     rng = np.random.default_rng(SEED)
     straight = -np.pi / 2 - np.asarray(WIDOWX_250.dh)[2, 0]
     eaik = Eaik()
@@ -341,6 +303,7 @@ def main() -> None:
         )
     use_one_core()
     rows = regular_rows(options.poses, options.repetitions)
+    single = single_rows(options.repetitions)
     singular = singular_rows()
     setting = {
         "command": f"python benchmarks/inverse_kinematics.py --poses "
@@ -383,6 +346,27 @@ def main() -> None:
         f"{POSITION_TOLERANCE:g} m and {ANGLE_TOLERANCE:g} rad; the time "
         "is that of the whole call, the program's making included.",
         "",
+        f"One pose a call, {SINGLE_POSES} poses, ours in Python's floats, "
+        "EAIK's compiled; EAIK has no limits and no Jacobian:",
+        "",
+        "| call | ours, best [us] | ours, median [us] | EAIK, best [us] | "
+        "EAIK, median [us] | ours / EAIK, median |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for row in single:
+        ours, theirs = row["ours"], row["EAIK"]
+        line = f"| {row['name']} | {ours['best_us']:.2f} | "
+        line += f"{ours['median_us']:.2f} | "
+        if theirs is None:
+            lines.append(line + "- | - | - |")
+            continue
+        ratio = ours["median_us"] / theirs["median_us"]
+        lines.append(
+            line + f"{theirs['best_us']:.2f} | {theirs['median_us']:.2f} | "
+            f"{ratio:.1f} |"
+        )
+    lines += [
+        "",
         f"Near singularities, {SINGULAR_POSES} poses each, wrist and elbow "
         "10^-16 to 10^-1 rad from straight, without limits. EAIK calls "
         "approximate what it finds no exact solution for, rounding included:",
@@ -400,6 +384,7 @@ def main() -> None:
     measured = {
         "setting": setting,
         "regular": [asdict(row) for row in rows],
+        "single": single,
         "near_singular": singular,
     }
     publish(lines, measured, options.out)

@@ -36,7 +36,8 @@ from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
 )
-from drake_mobarm.placement.objective_map import ToolTarget, score_places
+from drake_mobarm.placement.objective_map import score_places
+from drake_mobarm.placement.problem import StandProblem
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.sdf import load_world
@@ -48,15 +49,16 @@ EQUAL = 1e-9
 CLOSE = 0.01
 
 
-def dense_places(target: ToolTarget, free: FreeSpace, reach: float) -> Array:
+def dense_places(problem: StandProblem) -> Array:
     """The free places of a lattice of W within reach."""
+    target, reach = problem.target, problem.objective.arm.reach
     low = np.floor((target.p_WT[:2] - reach) / DENSE)
     steps = np.arange(np.ceil(2 * reach / DENSE) + 2)
     x, y = np.meshgrid(*(DENSE * (c + steps) for c in low))
     places = np.column_stack([x.ravel(), y.ravel()])
     near = np.linalg.norm(places - target.p_WT[:2], axis=1) <= reach
     places = places[near]
-    return places[free.contains(places)]
+    return places[problem.free.contains(places)]
 
 
 def least(values: Array) -> float | None:
@@ -82,24 +84,22 @@ def measure(
     while len(rows) < targets:
         drawn += 1
         target = random_target(rng, low, high)
-        times = [time.perf_counter()]
-        places = dense_places(target, free, objective.arm.reach)
-        dense = least(
-            score_places(
-                objective, target, places, surroundings=surroundings
-            ).objective
+        problem = StandProblem(
+            objective=objective,
+            target=target,
+            free=free,
+            surroundings=surroundings,
         )
+        times = [time.perf_counter()]
+        places = dense_places(problem)
+        dense = least(score_places(problem, places).objective)
         times.append(time.perf_counter())
         if dense is None:
             continue
-        squares = score_places(
-            objective, target, grid.centres, surroundings=surroundings
-        )
+        squares = score_places(problem, grid.centres)
         best_square = least(squares.objective)
         times.append(time.perf_counter())
-        stand, reason = find_best_stand(
-            objective, target, free, squares, surroundings=surroundings
-        )
+        stand, reason = find_best_stand(problem, squares)
         times.append(time.perf_counter())
         dense_s, map_s, stand_s = np.diff(times)
         ours = float(stand.scores.objective) if stand else None

@@ -31,6 +31,7 @@ from pydrake.solvers import Solve
 
 from drake_mobarm.geometry import Array
 from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
@@ -38,12 +39,10 @@ from drake_mobarm.placement.objective import (
     singularity_factor,
     torque_score,
 )
-from drake_mobarm.placement.objective_map import (
-    ToolTarget,
-    score_places,
-)
+from drake_mobarm.placement.objective_map import score_places
+from drake_mobarm.placement.problem import StandProblem, ToolTarget
 from drake_mobarm.robot import WIDOWX_250, ArmKinematics
-from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, URDF
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, RADIUS, URDF
 
 SEED = 0
 TARGETS = 20
@@ -86,10 +85,7 @@ def within_reach(target: ToolTarget, places: Array, reach: float) -> Array:
 
 
 def measure_ours(
-    objective: PlacementObjective,
-    targets: list[ToolTarget],
-    radius: float,
-    repetitions: int,
+    problems: list[StandProblem], radius: float, repetitions: int
 ) -> dict[str, Any]:
     """One row: a map's time, the mean over the targets."""
     places = disc(radius)
@@ -97,17 +93,19 @@ def measure_ours(
     for _ in range(repetitions):
         started = time.perf_counter()
         maps = [
-            score_places(objective, target, target.p_WT[:2] + places)
-            for target in targets
+            score_places(problem, problem.target.p_WT[:2] + places)
+            for problem in problems
         ]
-        costs.append(1e3 * (time.perf_counter() - started) / len(targets))
+        costs.append(1e3 * (time.perf_counter() - started) / len(problems))
     solved = [~np.isnan(scored.objective) for scored in maps]
-    reach = objective.arm.reach
+    reach = problems[0].objective.arm.reach
     return {
         "radius_m": radius,
         "places": len(places),
         "places_within_reach": float(
-            np.mean([len(within_reach(t, places, reach)) for t in targets])
+            np.mean(
+                [len(within_reach(p.target, places, reach)) for p in problems]
+            )
         ),
         "places_solved": float(np.mean([s.any(axis=1).sum() for s in solved])),
         "solutions": float(np.mean([s.sum() for s in solved])),
@@ -215,27 +213,28 @@ class DrakePeer:
         )
 
 
-def measure_peer(
-    objective: PlacementObjective, targets: list[ToolTarget]
-) -> dict[str, Any]:
+def measure_peer(problems: list[StandProblem]) -> dict[str, Any]:
     """What Drake needs for a place, and what it finds there."""
+    objective = problems[0].objective
     peer = DrakePeer(objective.parameters)
     rng = np.random.default_rng(SEED)
     reach = objective.arm.reach
-    peer.best(targets[0], targets[0].p_WT[:2] + 0.3, rng)  # Warm up.
+    first = problems[0].target
+    peer.best(first, first.p_WT[:2] + 0.3, rng)  # Warm up.
     seconds, found, same, solvable = 0.0, 0, 0, 0
-    for target in targets:
+    for problem in problems:
+        target = problem.target
         near = within_reach(target, disc(min(RADII)), reach)
         places = target.p_WT[:2] + rng.choice(near, DRAKE_PLACES, replace=False)
         started = time.perf_counter()
         theirs = np.array([peer.best(target, x, rng) for x in places])
         seconds += time.perf_counter() - started
-        ours = score_places(objective, target, places).best
+        ours = score_places(problem, places).best
         solved = ~np.isnan(ours)
         solvable += int(solved.sum())
         found += int(np.isfinite(theirs[solved]).sum())
         same += int((theirs[solved] <= 1.01 * ours[solved]).sum())
-    sample = DRAKE_PLACES * len(targets)
+    sample = DRAKE_PLACES * len(problems)
     return {
         "places": sample,
         "guesses": DRAKE_GUESSES,
@@ -259,15 +258,20 @@ def main() -> None:
     use_one_core()
     objective = PlacementObjective(ArmKinematics(), ObjectiveParameters())
     rng = np.random.default_rng(SEED)
-    targets = [
-        random_target(rng, np.zeros(2), np.ones(2)) for _ in range(TARGETS)
+    floor = FreeSpace.from_outlines([], RADIUS, [0.0, 0.0])
+    problems = [
+        StandProblem(
+            objective=objective,
+            target=random_target(rng, np.zeros(2), np.ones(2)),
+            free=floor,
+        )
+        for _ in range(TARGETS)
     ]
-    measure_ours(objective, targets, min(RADII), 1)  # Warm up.
+    measure_ours(problems, min(RADII), 1)  # Warm up.
     rows = [
-        measure_ours(objective, targets, radius, options.repetitions)
-        for radius in RADII
+        measure_ours(problems, radius, options.repetitions) for radius in RADII
     ]
-    peer = measure_peer(objective, targets)
+    peer = measure_peer(problems)
     for row in rows:
         row["drake_extrapolated_ms"] = (
             peer["ms_per_place"] * row["places_within_reach"]

@@ -15,13 +15,13 @@ from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import optimise_grid, plain_grid
 from drake_mobarm.placement.job import PlacementScenario
 from drake_mobarm.placement.objective import PlacementObjective
+from drake_mobarm.placement.planner import PlannerParameters
+from drake_mobarm.placement.problem import StandProblem, ToolTarget
 from drake_mobarm.placement.systems import RobotPoser, StandPlanner
 from drake_mobarm.placement.view import PlacementView
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS, URDF
-from drake_mobarm.signals import BestStand, TargetEstimate, size
-from drake_mobarm.station.parameters import PROCESSING_DELAY
-from drake_mobarm.station.plant import place_robot
+from drake_mobarm.runtime.scenarios import PlacementScenario
 from drake_mobarm.world.sdf import add_world, load_world
 
 PLACEMENT_BLOCKS = ("planner",)
@@ -117,23 +117,32 @@ def build(
 
 
 def make_planner(scenario: PlacementScenario) -> StandPlanner:
-    """The planner, with the free space of the scenario's world."""
+    """The planner for a scenario, with the free space of its world."""
     world = load_world(scenario.world)
     free = FreeSpace.of_world(
-        world, scenario.start[:2], RADIUS, HEIGHTS, scenario.target[:2]
+        world,
+        scenario.start[:2],
+        RADIUS,
+        HEIGHTS,
+        scenario.target[:2],
+    )
+    problem = StandProblem(
+        objective=PlacementObjective(ArmKinematics(), scenario.objective),
+        target=ToolTarget(position=scenario.target, approach=scenario.approach),
+        free=free,
+        heading=scenario.heading[0] if scenario.heading else None,
+        surroundings=(
+            Surroundings(world.obstacles) if scenario.avoid_collisions else None
+        ),
     )
     make_grid = optimise_grid if scenario.grid == "optimised" else plain_grid
+    parameters = PlannerParameters(
+        replan_distance=scenario.replan_distance,
+        rate=PLAN_RATE,
+        delay=PROCESSING_DELAY,
+    )
     return StandPlanner(
-        PlacementObjective(ArmKinematics(), scenario.objective),
-        scenario.target[2],
-        scenario.approach,
-        free,
-        make_grid(free, scenario.grid_size),
-        scenario.heading[0] if scenario.heading else None,
-        Surroundings(world.obstacles) if scenario.avoid_collisions else None,
-        scenario.replan_distance,
-        PLAN_RATE,
-        PROCESSING_DELAY,
+        problem, make_grid(free, scenario.grid_size), parameters
     )
 
 

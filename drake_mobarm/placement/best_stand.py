@@ -1,50 +1,40 @@
-"""The best stand for a target, from the map's best squares on.
+"""The best stand for a target, searched from the best squares of the map.
 
-Besides the map's squares a finer lattice of places is tried; steps on still
-finer ones and a nonlinear program lead on from the best of them.
+Besides the squares, a finer lattice of places is scored. From the best places
+of both, steps on still finer lattices and a nonlinear program lead on.
 """
 
-import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drake_mobarm.geometry import Array, wrap_angle
-from drake_mobarm.placement.collision import Surroundings
-from drake_mobarm.placement.free_space import FreeSpace
-from drake_mobarm.placement.objective import PlacementObjective, Scores
+from drake_mobarm.placement.objective import Scores
 from drake_mobarm.placement.objective_map import (
     PlaceScores,
-    ToolTarget,
     score_places,
     waist_at,
 )
-from drake_mobarm.placement.stand_program import (
+from drake_mobarm.placement.problem import (
     MAX_MOVE,
-    StandProgram,
+    StandProblem,
     turns_freely,
 )
-from drake_mobarm.robot.shape import (
-    ARM_BASE_HEIGHT,
-    CHASSIS_TOP,
-    LINK_RADIUS,
-    RADIUS,
-)
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT
 
-# Distance of the places that are tried besides the map's squares [m].
+# Spacing of the lattice of places that are scored besides the squares [m].
 _SPACING = 0.025
-# Starts with the arm bent the same way are at least this far apart [m].
-_APART = 0.1
+# At most so many starts; those of one bend of the arm are so far apart [m].
 _STARTS = 3
-# Places this near to each other around a start [m], so many each way: first
-# the one, then the other.
+_APART = 0.1
+# A place whose objective is so many times the best one's is no start.
+_HOPELESS = 1.1
+# Spacings of the finer lattices around a start [m], one after the other, and
+# how many places they have on each side of it.
 _FINE_SPACINGS = (0.01, 0.0025)
 _FINE_STEPS = 2
-# A start this much worse than the best one is not worth going on from.
-_HOPELESS = 1.1
-# Nearer than this to a limit or an obstacle [rad, m] is at it.
+# A limit or an obstacle is active when it is nearer than this [rad, m].
 _ACTIVE = 1e-4
 _JOINT_NAMES = (
     "waist",
@@ -55,19 +45,20 @@ _JOINT_NAMES = (
 )
 
 Candidate = tuple[float, Array, Array]
-"""Objective, place (2,) and joints (6,), the waist measured from W."""
+"""Objective [-], place p_WB [m], (2,), and joint positions [rad], (6,), as in
+`PlaceScores.q`."""
 
 
 @dataclass(frozen=True)
 class Stand:
-    """Where to stand, and how the arm reaches its target from there.
+    """A pose of the base, and joint positions that reach the target from it.
 
     Attributes:
         pose: X_WB, [x, y, yaw] in m and rad, (3,).
         q: joint positions [rad], (6,).
-        scores: of these joints.
-        active: what keeps the stand from being better still, one line each;
-            empty where nothing does.
+        scores: the objective and its parts at `q`.
+        active: the active constraints, which keep the stand from being better
+            still, one line each; empty where there are none.
     """
 
     pose: Array
@@ -77,47 +68,28 @@ class Stand:
 
 
 def find_best_stand(
-    objective: PlacementObjective,
-    target: ToolTarget,
-    free: FreeSpace,
-    squares: PlaceScores,
-    heading: float | None = None,
-    surroundings: Surroundings | None = None,
+    problem: StandProblem, squares: PlaceScores
 ) -> tuple[Stand | None, str]:
-    """The place in free space with the least objective (4.12).
+    """Finds the place in free space with the least objective (4.12).
+
+    Where the problem gives no heading, the base faces the target, as far as
+    the limits of the waist allow.
 
     Args:
-        objective: what counts.
-        target: of the tool.
-        free: where the base may be.
-        squares: the map, in free space.
-        heading: of the base [rad]; None where it may choose: it then faces
-            the target, as far as the waist's limits let it.
-        surroundings: what the arm must not touch, as for the map.
+        problem: the target, and what counts.
+        squares: the map's places, in the problem's free space, scored.
 
     Returns:
-        The stand, never worse than the map's best square, and a line that
-        says what it is; or None, and why nothing is reachable.
+        The stand, never worse than the best of the squares, and a line that
+        describes it; or None, and why the target is not reachable.
     """
-    # Of the obstacles only those that a place within reach can be near.
-    room = objective.arm.reach + _SPACING + np.sqrt(2) * MAX_MOVE
-    near = free.obstacles_near(target.p_WT[:2], room)
-    free = replace(free, obstacles=tuple(near))
-    score = functools.partial(
-        score_places,
-        objective,
-        target,
-        heading=heading,
-        surroundings=surroundings,
-    )
-    # Beside a target as low as the chassis, not on it.
-    low = target.p_WT[2] < CHASSIS_TOP + LINK_RADIUS
-    keep_off = 0.0
-    if surroundings is not None and low:
-        keep_off = RADIUS + LINK_RADIUS
-    lattice = _lattice(objective, target)
-    around = score(lattice)
-    inside = free.contains(lattice)
+    # Not with the file: laws are imported without loading pydrake.
+    from drake_mobarm.placement.stand_program import StandProgram
+
+    problem = _with_obstacles_in_reach(problem)
+    lattice = _lattice(problem)
+    around = score_places(problem, lattice)
+    inside = problem.free.contains(lattice)
     tried = PlaceScores(
         np.vstack([squares.places, lattice[inside]]),
         np.concatenate([squares.q, around.q[inside]]),
@@ -125,87 +97,91 @@ def find_best_stand(
     )
     starts = _pick_starts(tried)
     found = list(starts)
-    # Free space may still hold a place between the lattice's.
-    starts = starts or _pick_starts(_near(around, free))
+    # There may still be free space between the places of the lattice.
+    starts = starts or _pick_starts(_next_to_free_space(problem, around))
     if starts:
-        finer = _refine(starts, free, score)
+        finer = _refine(problem, starts)
         found += finer
         starts = finer or starts
-    refused: list[Candidate] = []
-    look_away = functools.partial(score, surroundings=None)
+    # The solver does not know of links: at its place the arm may touch.
+    touching: list[Candidate] = []
+    blind = problem.without_collisions()
     for _, start, q_start in starts:
-        program = StandProgram(
-            objective, target, free, start, q_start, heading, keep_off
-        )
-        place = program.solve()[None]
-        held = _hold(place, free, score)
-        found += held
-        if not held:
-            refused += _hold(place, free, look_away)
+        place = StandProgram(problem, start, q_start).solve()[None]
+        reached = _best_of(problem, place)
+        found += reached
+        if not reached:
+            touching += _best_of(blind, place)
     if not found:
-        if surroundings is not None:
-            around = score_places(objective, target, lattice, heading)
-        return None, _explain(objective, target, around, inside)
+        if problem.surroundings is not None:
+            around = score_places(blind, lattice)
+        return None, _explain(problem, around, inside)
     value, place, q = min(found, key=lambda candidate: candidate[0])
-    stand = _make_stand(objective, target, free, place, q, heading, keep_off)
-    # The solver knows nothing of links: what it found may have touched.
-    if any(candidate[0] < value for candidate in refused):
-        held_by = (*stand.active, "what the arm would touch nearer to its best")
-        stand = replace(stand, active=held_by)
-    return stand, _tell(stand)
+    stand = _make_stand(problem, place, q)
+    if any(candidate[0] < value for candidate in touching):
+        touch = "what the arm would touch nearer to its best"
+        stand = replace(stand, active=(*stand.active, touch))
+    return stand, _describe(stand)
 
 
-def _lattice(objective: PlacementObjective, target: ToolTarget) -> Array:
-    reach = objective.arm.reach
+def _with_obstacles_in_reach(problem: StandProblem) -> StandProblem:
+    """The problem with no obstacles but those that a stand can be next to."""
+    reach = problem.objective.arm.reach + _SPACING + np.sqrt(2) * MAX_MOVE
+    near = problem.free.obstacles_near(problem.target.p_WT[:2], reach)
+    return replace(problem, free=replace(problem.free, obstacles=tuple(near)))
+
+
+def _lattice(problem: StandProblem) -> Array:
+    """Places around the target as far as the arm reaches, (n, 2)."""
+    reach = problem.objective.arm.reach
     steps = _SPACING * np.arange(-(reach // _SPACING), reach // _SPACING + 1)
     x, y = np.meshgrid(steps, steps)
     disc = np.hypot(x, y) <= reach
-    return target.p_WT[:2] + np.column_stack([x[disc], y[disc]])
+    return problem.target.p_WT[:2] + np.column_stack([x[disc], y[disc]])
 
 
-def _near(around: PlaceScores, free: FreeSpace) -> PlaceScores:
-    """The places a step or less from free space."""
-    near = free.distance(around.places) <= _SPACING
+def _next_to_free_space(
+    problem: StandProblem, around: PlaceScores
+) -> PlaceScores:
+    """The places that are at most the lattice's spacing from free space."""
+    near = problem.free.distance(around.places) <= _SPACING
     return PlaceScores(
         around.places[near], around.q[near], around.objective[near]
     )
 
 
 def _pick_starts(tried: PlaceScores) -> list[Candidate]:
-    """The best of each way to bend the arm, and of places apart.
+    """Up to `_STARTS` of the best solutions, each another bend or place.
 
-    The two wrists of one are as good as each other but for their limits.
+    The two solutions of the wrist for one bend of shoulder and elbow count as
+    one: they differ by the limits of the joints only.
     """
     value = np.where(np.isnan(tried.objective), np.inf, tried.objective)
     if np.isinf(value).all():
         return []
     order = np.argsort(value, axis=None, kind="stable")
-    rows, branches = np.unravel_index(order, value.shape)
+    rows, solutions = np.unravel_index(order, value.shape)
     best: list[Candidate] = []
     kept: list[tuple[Array, int]] = []
-    limit = _HOPELESS * value[rows[0], branches[0]]
-    for row, branch in zip(rows, branches, strict=True):
-        if value[row, branch] > limit or len(best) == _STARTS:
+    limit = _HOPELESS * value[rows[0], solutions[0]]
+    for row, solution in zip(rows, solutions, strict=True):
+        if value[row, solution] > limit or len(best) == _STARTS:
             break
         place = tried.places[row]
-        bend = branch // 2
+        bend = solution // 2
         if all(b != bend or np.hypot(*(place - p)) >= _APART for p, b in kept):
             kept.append((place, bend))
             best.append(
-                (float(value[row, branch]), place, tried.q[row, branch])
+                (float(value[row, solution]), place, tried.q[row, solution])
             )
     return best
 
 
-def _refine(
-    starts: list[Candidate],
-    free: FreeSpace,
-    score: Callable[[Array], PlaceScores],
-) -> list[Candidate]:
-    """Where steps on finer lattices lead from each start, if anywhere.
+def _refine(problem: StandProblem, starts: list[Candidate]) -> list[Candidate]:
+    """The places that steps on finer lattices lead to from each start.
 
-    Where the arm touches something the objective ends in a cliff, of which
-    the solver knows nothing: these steps lead along it.
+    Where the arm begins to touch something the objective is discontinuous,
+    which the solver does not know; these steps lead along that edge.
     """
     steps = np.arange(-_FINE_STEPS, _FINE_STEPS + 1)
     patch = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
@@ -213,7 +189,7 @@ def _refine(
     for _, place, _ in starts:
         best: Candidate | None = None
         for spacing in _FINE_SPACINGS:
-            while found := _hold(place + spacing * patch, free, score):
+            while found := _best_of(problem, place + spacing * patch):
                 if best is not None and found[0][0] >= best[0]:
                     break
                 best = found[0]
@@ -223,11 +199,9 @@ def _refine(
     return refined
 
 
-def _hold(
-    places: Array, free: FreeSpace, score: Callable[[Array], PlaceScores]
-) -> list[Candidate]:
-    """The best of places (n, 2) that are free and let the arm reach."""
-    scored = score(places[free.contains(places)])
+def _best_of(problem: StandProblem, places: Array) -> list[Candidate]:
+    """The best of places (n, 2), or none if no free one reaches the target."""
+    scored = score_places(problem, places[problem.free.contains(places)])
     if np.isnan(scored.objective).all():
         return []
     best = int(np.nanargmin(scored.best))
@@ -236,26 +210,20 @@ def _hold(
     ]
 
 
-def _make_stand(
-    objective: PlacementObjective,
-    target: ToolTarget,
-    free: FreeSpace,
-    place: Array,
-    q_W: Array,
-    heading: float | None,
-    keep_off: float,
-) -> Stand:
-    arm = objective.arm
-    heading_given = heading is not None
+def _make_stand(problem: StandProblem, place: Array, q_W: Array) -> Stand:
+    """The stand at a place (2,) with joint positions as in `PlaceScores.q`."""
+    arm, free = problem.objective.arm, problem.free
+    to_target = problem.target.p_WT[:2] - place
+    heading = problem.heading
     if heading is None:
-        heading = float(np.arctan2(*(target.p_WT[:2] - place)[::-1]))
+        heading = float(np.arctan2(*to_target[::-1]))
     waist, _ = waist_at(arm, q_W[0], heading)
     heading = float(wrap_angle(float(q_W[0] - waist)))
     q = np.concatenate([[waist], q_W[1:]])
     active = [
         f"the {_JOINT_NAMES[i]}'s {name} limit, {limit[i]:.3f} rad"
         for i in np.flatnonzero(~turns_freely(arm))
-        if i or heading_given
+        if i or problem.heading is not None
         for name, limit in (("lower", arm.lower), ("upper", arm.upper))
         if abs(q[i] - limit[i]) < _ACTIVE
     ]
@@ -264,17 +232,17 @@ def _make_stand(
         for name, _ in free.obstacles_near(place, _ACTIVE)
     ]
     active += near
-    distance = float(np.hypot(*(target.p_WT[:2] - place)))
-    if keep_off and distance < keep_off + _ACTIVE:
+    least = problem.least_distance
+    if least and float(np.hypot(*to_target)) < least + _ACTIVE:
         active.append("the target, which is as low as the robot")
     corners = np.reshape(free.polygon.bounds, (2, 2))
     if not near and np.abs(place - corners).min() < _ACTIVE:
         active.append("the edge of the map")
-    scores = objective.scores(q_W)
+    scores = problem.objective.scores(q_W)
     return Stand(np.array([*place, heading]), q, scores, tuple(active))
 
 
-def _tell(stand: Stand) -> str:
+def _describe(stand: Stand) -> str:
     x, y, yaw = stand.pose
     return (
         f"stand at ({x:.3f}, {y:.3f}) m, heading {np.rad2deg(yaw):.0f} deg, "
@@ -284,13 +252,16 @@ def _tell(stand: Stand) -> str:
 
 
 def _explain(
-    objective: PlacementObjective,
-    target: ToolTarget,
-    around: PlaceScores,
-    free: NDArray[np.bool_],
+    problem: StandProblem, around: PlaceScores, inside: NDArray[np.bool_]
 ) -> str:
-    """Why no place will do, from what the arm reaches by itself."""
-    arm = objective.arm
+    """Why there is no stand.
+
+    Args:
+        problem: the problem without a solution.
+        around: places around the target, scored without collisions.
+        inside: which of them are in free space, (n,).
+    """
+    arm, target = problem.objective.arm, problem.target
     shoulder = ARM_BASE_HEIGHT + float(arm.shoulder[2])
     x, y, z = target.p_WT
     where = f"not reachable: the target at ({x:.2f}, {y:.2f}, {z:.2f}) m"
@@ -313,7 +284,7 @@ def _explain(
             if beyond
             else "none is within the joints' limits and torques"
         )
-    usable = int(np.sum(reached & free))
+    usable = int(np.sum(reached & inside))
     if usable:
         return (
             f"{where} has {usable} free places around it with a solution of "

@@ -1,4 +1,4 @@
-"""Placement as LeafSystems."""
+"""Placement as systems: the planner, and the robot posed on its stand."""
 
 import numpy as np
 from pydrake.common.value import Value
@@ -6,23 +6,20 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_mobarm.geometry import Array
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.placement.collision import Surroundings
-from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import FreeGrid
-from drake_mobarm.placement.objective import PlacementObjective
-from drake_mobarm.placement.objective_map import ToolTarget
 from drake_mobarm.placement.planner import (
     Placement,
+    PlannerParameters,
     nothing_planned,
     plan_stand,
 )
+from drake_mobarm.placement.problem import StandProblem
 from drake_mobarm.signals import BestStand, TargetEstimate, size
 
 
 class StandPlanner(LeafSystem):
-    """Plans where to stand for a target, anew when its estimate has moved.
+    """Plans where to stand for a target, and anew when its estimate moves.
 
     .. pydrake_system::
 
@@ -36,48 +33,30 @@ class StandPlanner(LeafSystem):
 
     - estimated_target (3): TargetEstimate in W.
     - placement: abstract, Placement: the attractive squares with their
-      values, the best stand, and what it is or why there is none.
+      objective, the best stand, and its description or why there is none.
     - best_stand (11): BestStand; NaN where there is none.
-    - planned (1): 1 once there is a plan, be it that nothing is reachable.
+    - planned (1): 1 once there is a plan, even one that finds the target out
+      of reach; 0 before.
 
     No direct feedthrough.
 
     Args:
-        objective: what counts.
-        height: of the target over the floor [m], which no beacon tells.
-        approach: the tool's x axis in W, a unit vector, (3,).
-        free: where the base may be.
-        grid: squares of that.
-        heading: of the base [rad]; None where it may choose.
-        surroundings: what the arm must not touch; None not to look.
-        threshold: how far the estimate has to move for a new plan [m].
-        rate: looks at the estimate a second [Hz].
-        delay: after the estimator's updates [s].
-
-    Raises:
-        ParameterError: height or approach make no sense.
+        problem: what to plan for. The height and the approach of its target
+            hold for every plan, as no estimate tells them; where the target
+            is on the floor plan is estimated, and not read from here.
+        grid: squares of the problem's free space.
+        parameters: when a new plan is made.
     """
 
     def __init__(
         self,
-        objective: PlacementObjective,
-        height: float,
-        approach: list[float],
-        free: FreeSpace,
+        problem: StandProblem,
         grid: FreeGrid,
-        heading: float | None,
-        surroundings: Surroundings | None,
-        threshold: float,
-        rate: float,
-        delay: float,
+        parameters: PlannerParameters,
     ) -> None:
         super().__init__()
-        self._objective = objective
-        self._height, self._approach = height, approach
-        self._free, self._grid = free, grid
-        self._heading, self._surroundings = heading, surroundings
-        self._threshold = threshold
-        self._make_target(np.zeros(2))  # Raises now rather than later.
+        self._problem, self._grid = problem, grid
+        self._replan_distance = parameters.replan_distance
         self._target = self.DeclareVectorInputPort(
             "estimated_target", size(TargetEstimate)
         )
@@ -85,11 +64,11 @@ class StandPlanner(LeafSystem):
         self.DeclareStateOutputPort("placement", self._plan)
         own = {self.abstract_state_ticket(self._plan)}
         self.DeclareVectorOutputPort(
-            "best_stand", size(BestStand), self._tell_stand, own
+            "best_stand", size(BestStand), self._output_stand, own
         )
-        self.DeclareVectorOutputPort("planned", 1, self._tell_planned, own)
+        self.DeclareVectorOutputPort("planned", 1, self._output_planned, own)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1 / rate, delay, self._update
+            1 / parameters.rate, parameters.delay, self._update
         )
 
     def _update(self, context: Context, state: State) -> None:
@@ -100,23 +79,11 @@ class StandPlanner(LeafSystem):
         last = self._last_plan(context).target
         if (
             last is not None
-            and np.hypot(*(place - last.p_WT[:2])) <= self._threshold
+            and np.hypot(*(place - last.p_WT[:2])) <= self._replan_distance
         ):
             return
-        plan = plan_stand(
-            self._objective,
-            self._make_target(place),
-            self._free,
-            self._grid,
-            self._heading,
-            self._surroundings,
-        )
+        plan = plan_stand(self._problem.with_target_at(place), self._grid)
         state.get_mutable_abstract_state(int(self._plan)).set_value(plan)
-
-    def _make_target(self, place: Array) -> ToolTarget:
-        return ToolTarget(
-            position=[*place, self._height], approach=self._approach
-        )
 
     def _last_plan(self, context: Context) -> Placement:
         plan: Placement = context.get_abstract_state(
@@ -124,22 +91,22 @@ class StandPlanner(LeafSystem):
         ).get_value()
         return plan
 
-    def _tell_stand(self, context: Context, output: BasicVector) -> None:
+    def _output_stand(self, context: Context, output: BasicVector) -> None:
         stand = self._last_plan(context).stand
-        view = BestStand(np.full(size(BestStand), np.nan))
-        view.known = 0.0
+        values = BestStand(np.full(size(BestStand), np.nan))
+        values.known = 0.0
         if stand is not None:
             objective = float(stand.scores.objective)
-            view[:] = [*stand.pose, *stand.q, objective, 1.0]
-        output.SetFromVector(view[:])
+            values[:] = [*stand.pose, *stand.q, objective, 1.0]
+        output.SetFromVector(values[:])
 
-    def _tell_planned(self, context: Context, output: BasicVector) -> None:
+    def _output_planned(self, context: Context, output: BasicVector) -> None:
         planned = self._last_plan(context).target is not None
         output.SetFromVector([float(planned)])
 
 
 class RobotPoser(LeafSystem):
-    """Puts the robot, as a plant has it, onto its stand, to be looked at.
+    """Turns a stand into positions of a plant, to draw the robot there.
 
     .. pydrake_system::
 
@@ -150,13 +117,13 @@ class RobotPoser(LeafSystem):
         - robot_positions
 
     - best_stand (11): BestStand.
-    - robot_positions (positions): generalised positions of the plant; its
+    - robot_positions (positions): generalised positions of the plant; the
       default ones while no stand is known.
 
     Direct feedthrough.
 
     Args:
-        plant: with nothing in it that moves but the robot.
+        plant: a finalised plant with the robot, and nothing else that moves.
     """
 
     def __init__(self, plant: MultibodyPlant) -> None:
@@ -164,10 +131,10 @@ class RobotPoser(LeafSystem):
         self._plant = plant
         self._stand = self.DeclareVectorInputPort("best_stand", size(BestStand))
         self.DeclareVectorOutputPort(
-            "robot_positions", plant.num_positions(), self._tell_positions
+            "robot_positions", plant.num_positions(), self._output_positions
         )
 
-    def _tell_positions(self, context: Context, output: BasicVector) -> None:
+    def _output_positions(self, context: Context, output: BasicVector) -> None:
         stand = BestStand(self._stand.Eval(context))
         plant = self._plant
         own = plant.CreateDefaultContext()

@@ -12,7 +12,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_mobarm import cli, load_scenario, run
 from drake_mobarm.diagrams.placement import PLAN_RATE, make_planner, make_plant
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.robot.shape import RADIUS
+from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.signals import BestStand
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.sdf import load_world
@@ -80,7 +80,7 @@ def test_the_robot_fits_where_it_is_to_stand(shipped):
     place = np.array(
         [shipped.metrics["stand_x_m"], shipped.metrics["stand_y_m"]]
     )
-    assert clearance(outlines(world.obstacles, 0.01, 0.6), place) > RADIUS
+    assert clearance(outlines(world.obstacles, *HEIGHTS), place) > RADIUS
 
 
 def test_the_stand_is_no_worse_than_the_best_square(shipped):

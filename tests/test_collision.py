@@ -1,21 +1,14 @@
+"""Collisions of the arm, against boxes, lines and the model."""
+
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from stands import ARM, problem_of
 
-from drake_mobarm.placement.collision import (
-    TIP_LENGTH,
-    Surroundings,
-)
-from drake_mobarm.placement.objective import (
-    ObjectiveParameters,
-    PlacementObjective,
-)
-from drake_mobarm.placement.objective_map import (
-    ToolTarget,
-    score_places,
-)
-from drake_mobarm.robot import ArmKinematics
+from drake_mobarm.placement.collision import TIP_LENGTH, Surroundings
+from drake_mobarm.placement.objective_map import score_places
+from drake_mobarm.placement.problem import ToolTarget
 from drake_mobarm.robot.shape import (
     ARM_BASE_HEIGHT,
     CHASSIS_TOP,
@@ -23,6 +16,7 @@ from drake_mobarm.robot.shape import (
     LINK_RADIUS,
     RADIUS,
     URDF,
+    WAIST_COLUMN,
 )
 from drake_mobarm.world.obstacles import (
     Obstacle,
@@ -30,7 +24,6 @@ from drake_mobarm.world.obstacles import (
     cylinder_corners,
 )
 
-ARM = ArmKinematics()
 # Stretched level along x: the arm is a line at the shoulder's height.
 STRETCHED = np.deg2rad([0, 78.7449, -78.7449, 0, 0, 0])
 SHOULDER = ARM_BASE_HEIGHT + 0.11065
@@ -51,11 +44,12 @@ def test_in_the_open_a_stretched_arm_touches_nothing():
 
 
 @pytest.mark.parametrize(
-    ("gap", "hit"), [(LINK_RADIUS - 0.002, True), (LINK_RADIUS + 0.002, False)]
+    ("distance", "hit"),
+    [(LINK_RADIUS - 0.002, True), (LINK_RADIUS + 0.002, False)],
 )
 @pytest.mark.parametrize("side", ["above", "below", "left", "right"])
 def test_an_obstacle_beside_a_link_is_touched_within_the_links_radius(
-    side, gap, hit
+    side, distance, hit
 ):
     low, high = (
         np.array([0.3, -0.02, SHOULDER]),
@@ -65,9 +59,9 @@ def test_an_obstacle_beside_a_link_is_touched_within_the_links_radius(
     low[2], high[2] = SHOULDER - 0.02, SHOULDER + 0.02
     middle = SHOULDER if axis == 2 else 0.0
     if side in ("above", "left"):
-        low[axis], high[axis] = middle + gap, middle + gap + 0.1
+        low[axis], high[axis] = middle + distance, middle + distance + 0.1
     else:
-        low[axis], high[axis] = middle - gap - 0.1, middle - gap
+        low[axis], high[axis] = middle - distance - 0.1, middle - distance
     assert touched([box(low, high)]) == hit
 
 
@@ -185,53 +179,94 @@ def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
             assert hit.all()
 
 
-def model_shapes():
-    model = ElementTree.parse(URDF)
-    for link in model.iter("link"):
-        for collision in link.iter("collision"):
-            yield link.attrib["name"], collision
+# The shape is that of the model
 
 
-def test_the_balls_are_as_thick_as_the_models_links():
-    found = 0
-    for link, collision in model_shapes():
-        for shape in collision.iter():
-            if shape.tag.endswith("capsule") and link != "base":
-                assert float(shape.attrib["radius"]) <= LINK_RADIUS
-                assert float(shape.attrib["radius"]) > LINK_RADIUS - 0.02
-                found += 1
-    assert found == 4
-    (box,) = (
-        c.find("geometry/box")
-        for _, c in model_shapes()
-        if c.attrib["name"] == "gripper"
-    )
-    half_width = float(box.attrib["size"].split()[1]) / 2
-    assert half_width <= GRIPPER[1] + LINK_RADIUS
-    assert half_width > GRIPPER[1] + LINK_RADIUS - 0.025
+def numbers(text):
+    return np.array([float(x) for x in text.split()])
 
 
-def test_the_chassis_is_that_of_the_model():
-    model = ElementTree.parse(URDF)
-    chassis = model.find("./link/collision[@name='chassis']")
-    shape = chassis.find("geometry/cylinder").attrib
-    middle = float(chassis.find("origin").attrib["xyz"].split()[2])
-    assert float(shape["radius"]) == RADIUS
-    top = middle + float(shape["length"]) / 2
+@pytest.fixture(scope="module")
+def model():
+    return ElementTree.parse(URDF)
+
+
+def collisions(model, link):
+    """Name -> centre in the link's frame [m] and shape, as the URDF has it."""
+    return {
+        collision.attrib["name"]: (
+            numbers(collision.find("origin").attrib["xyz"]),
+            collision.find("geometry")[0],
+        )
+        for collision in model.findall(f"./link[@name='{link}']/collision")
+    }
+
+
+def joint_origin(model, name):
+    joint = model.find(f"./joint[@name='{name}']/origin")
+    return numbers(joint.attrib["xyz"])
+
+
+def test_the_balls_are_a_centimetre_thicker_than_the_models_thickest_link(
+    model,
+):
+    radii = [
+        float(shape.attrib["radius"])
+        for link in model.iter("link")
+        if link.attrib["name"] != "base"
+        for shape in link.findall("./collision/geometry/*")
+        if shape.tag.endswith("capsule")
+    ]
+    assert len(radii) == 4
+    assert max(radii) + 0.01 == pytest.approx(LINK_RADIUS, abs=1e-9)
+    assert min(radii) > LINK_RADIUS - 0.02
+
+
+def test_the_waists_column_is_that_of_the_model(model):
+    centre, cylinder = collisions(model, "shoulder")["shoulder"]
+    radius, height = WAIST_COLUMN
+    assert float(cylinder.attrib["radius"]) == radius
+    np.testing.assert_array_equal(centre[:2], 0.0)
+    # The waist lifts the shoulder's frame over the arm's base.
+    top = centre[2] + float(cylinder.attrib["length"]) / 2
+    top += joint_origin(model, "waist")[2]
+    assert top == pytest.approx(height, abs=1e-9)
+
+
+def test_the_grippers_balls_cover_the_sides_of_the_models_gripper(model):
+    centre, box_shape = collisions(model, "hand")["gripper"]
+    along, aside = GRIPPER
+    # From the wrist's centre; the hand's frame is at the last joint.
+    middle = joint_origin(model, "wrist_rotate") + centre
+    assert middle[0] == pytest.approx(along, abs=1e-9)
+    assert middle[1] == 0
+    _, half_width, half_height = numbers(box_shape.attrib["size"]) / 2
+    # The farther edge of the side's face, from the ball's centre.
+    edge = np.hypot(half_width - aside, half_height + abs(middle[2]))
+    assert edge < LINK_RADIUS
+    assert half_width <= aside + LINK_RADIUS
+    assert half_width > aside + LINK_RADIUS - 0.025
+
+
+def test_the_chassis_is_that_of_the_model(model):
+    centre, cylinder = collisions(model, "base")["chassis"]
+    assert float(cylinder.attrib["radius"]) == RADIUS
+    top = centre[2] + float(cylinder.attrib["length"]) / 2
     assert top == pytest.approx(CHASSIS_TOP, abs=1e-9)
 
 
+# The map
+
+
 def test_a_map_leaves_out_what_touches_and_keeps_the_rest():
-    objective = PlacementObjective(ARM, ObjectiveParameters())
     target = ToolTarget(position=[0, 0, 0.5], approach=[0, 0, -1])
     steps = np.arange(-0.6, 0.61, 0.1)
     places = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
-    plain = score_places(objective, target, places)
+    plain = score_places(problem_of(target), places)
     # A shelf over one half of the floor.
     shelf = box([0.12, -1, 0.55], [1, 1, 0.7])
-    looked = score_places(
-        objective, target, places, surroundings=Surroundings([shelf])
-    )
+    problem = problem_of(target, surroundings=Surroundings([shelf]))
+    looked = score_places(problem, places)
     kept = ~np.isnan(looked.objective)
     assert 0 < kept.sum() < (~np.isnan(plain.objective)).sum()
     np.testing.assert_array_equal(looked.objective[kept], plain.objective[kept])
@@ -239,7 +274,5 @@ def test_a_map_leaves_out_what_touches_and_keeps_the_rest():
     assert np.isnan(looked.best[right]).all()
     assert not np.isnan(plain.best[right]).all()
     assert not np.isnan(looked.best[places[:, 0] < -0.2]).all()
-    none = score_places(
-        objective, target, places[:0], surroundings=Surroundings([shelf])
-    )
+    none = score_places(problem, places[:0])
     assert none.best.shape == (0,)

@@ -1,3 +1,5 @@
+"""Free space by hand, and against the clearance of sampled places."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Grids counted by hand, and against squares tried one by one."""
+
 import math
 
 import numpy as np
@@ -33,8 +35,8 @@ def lattice_in(polygon, size, low, high):
     y = np.arange(low[1], high[1], size)
     x, y = (values.ravel() for values in np.meshgrid(x, y))
     candidates = shapely.box(x, y, x + size, y + size)
-    held = shapely.covers(polygon, candidates)
-    return np.column_stack([x, y])[held] + size / 2
+    covered = shapely.covers(polygon, candidates)
+    return np.column_stack([x, y])[covered] + size / 2
 
 
 @st.composite
@@ -70,7 +72,7 @@ def test_empty_hall_of_whole_squares_is_covered_wholly():
 
 
 def test_plain_grid_starts_at_the_left_and_the_lower_side():
-    # 1.1 m by 0.7 m hold 2 by 1 squares of 0.5 m.
+    # In 1.1 m by 0.7 m there is room for 2 by 1 squares of 0.5 m.
     grid = plain_grid(hall(1.1, 0.7), 0.5)
     np.testing.assert_allclose(grid.centres, [[0.25, 0.25], [0.75, 0.25]])
     np.testing.assert_array_equal(grid.columns, [0, 1])
@@ -95,7 +97,7 @@ def test_columns_along_x_are_as_many_as_the_hall_is_high():
 
 
 def test_turned_hall_is_covered_by_columns_turned_as_far():
-    # 4.1 m by 3.1 m hold 16 by 12 squares of 0.25 m, counter-clockwise.
+    # In 4.1 m by 3.1 m there is room for 16 by 12 squares of 0.25 m.
     free = hall(4.1, 3.1, turned=math.radians(30))
     grid = grid_at(free, 0.25, math.radians(30), 0)
     assert len(grid.centres) == 16 * 12
@@ -111,12 +113,12 @@ def test_turned_hall_is_covered_by_the_search_and_not_by_the_plain_grid():
     assert 28 < turned < 32
 
 
-def test_height_of_a_column_trades_one_gap_against_two():
-    # Two slabs leave column 0 three gaps; a passage beside them, too narrow
-    # for a column, joins these. By the height of a stack of squares of 1 m,
-    # modulo 1 m, gap [0, 1.5] holds one from 0 to 0.5, gap [1.7, 2.8] one
-    # from 0.7 to 0.8, and gap [3.65, 4.8] one from 0.65 to 0.8. So 0.7 holds
-    # the upper two, and no height all three.
+def test_height_of_a_column_trades_one_stretch_against_two():
+    # Two slabs leave column 0 three free stretches; a passage beside them, too
+    # narrow for a column, joins these. By the height of the column's squares of
+    # 1 m, modulo 1 m, one fits in [0, 1.5] from 0 to 0.5, in [1.7, 2.8] from
+    # 0.7 to 0.8, and in [3.65, 4.8] from 0.65 to 0.8. So at 0.7 the upper two
+    # have one each, and at no height do all three.
     free = hall(1.5, 4.8, (0, 1.5, 1, 1.7), (0, 2.8, 1, 3.65))
     grid = grid_at(free, 1.0, 0, 0)
     np.testing.assert_allclose(grid.centres, [[0.5, 2.2], [0.5, 4.2]])
@@ -256,7 +258,9 @@ def test_squares_are_within_the_free_space_and_apart(
     st.floats(0, math.pi / 2),
     st.floats(0, 1),
 )
-def test_no_height_of_a_column_holds_more(free, size, orientation, offset):
+def test_no_height_of_a_column_fits_more_squares(
+    free, size, orientation, offset
+):
     grid = grid_at(free, size, orientation, offset)
     turned = shapely.affinity.rotate(
         free.polygon, -orientation, (0, 0), use_radians=True
@@ -264,14 +268,14 @@ def test_no_height_of_a_column_holds_more(free, size, orientation, offset):
     x_low, y_low, x_high, y_high = turned.bounds
     left = x_low + offset * size
     for column in range(math.floor((x_high - left) / size)):
-        held = np.sum(grid.columns == column)
+        count = np.sum(grid.columns == column)
         for height in y_low + size * np.linspace(0, 1, 37):
             y = np.arange(height - size, y_high, size)
             x = left + column * size
             stack = shapely.box(x, y, x + size, y + size)
             # Less a hair: what overlaps by rounding is no square lost.
             stack = stack[shapely.covers(turned, stack)]
-            assert len(stack) <= held
+            assert len(stack) <= count
 
 
 @settings(max_examples=15, deadline=None)

@@ -76,14 +76,15 @@ def find_best_stand(
     the limits of the waist allow.
 
     Args:
-        problem: the target, and what counts.
-        squares: the map's places, in the problem's free space, scored.
+        problem: what to solve.
+        squares: scores of the map's places, which are in the problem's free
+            space; they are not worked out anew.
 
     Returns:
         The stand, never worse than the best of the squares, and a line that
         describes it; or None, and why the target is not reachable.
     """
-    # Not with the file: laws are imported without loading pydrake.
+    # Imported here, so that importing placement's laws loads no pydrake.
     from drake_mobarm.placement.stand_program import StandProgram
 
     problem = _with_obstacles_in_reach(problem)

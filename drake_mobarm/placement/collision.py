@@ -1,11 +1,11 @@
-"""Which solutions of the arm would run into something: beyond 4.3.
+"""Which joint positions make the arm touch something: beyond section 4.3.
 
-The dissertation's map knows the arm only by its kinematics, and may put the
-robot under a table that its arm goes through, or onto its own target. Here
-links are rows of balls, which have to keep out of the furniture and of the
-robot's own chassis; forearm and hand keep off the waist's column, and the hand
-off the upper arm. The floor needs no check: the chassis is in the way of
-whatever would come down to it.
+The map of the dissertation considers the kinematics of the arm alone: its best
+place may be under a table that the arm passes through, or on the target. Here
+the links are rows of balls. No ball may touch an obstacle; those of forearm and
+hand may not touch the chassis or the column of the waist, and those of the hand
+not the upper arm. The floor is not checked, since the chassis is in the way of
+an arm that reaches down to it.
 """
 
 from collections.abc import Sequence
@@ -21,11 +21,11 @@ from drake_mobarm.robot.shape import GRIPPER, LINK_RADIUS, RADIUS, WAIST_COLUMN
 from drake_mobarm.world.obstacles import Obstacle
 
 TIP_LENGTH = 0.06
-"""The last of the hand, which may touch what the tool works on [m]."""
+"""Length of the end of the hand, which may touch what the tool works on [m]."""
 
-# The corner of `joint_positions` that each link begins at.
+# The index in `ArmKinematics.joint_positions` where each link begins.
 _UPPER_ARM, _FOREARM, _HAND = 1, 2, 3
-# Balls along a link are at most this far apart [m].
+# The largest distance between neighbouring balls of a link [m].
 _SPACING = 0.04
 
 
@@ -33,7 +33,7 @@ class Surroundings:
     """What the arm must not touch.
 
     Args:
-        obstacles: convex ones, in W.
+        obstacles: convex obstacles, in W.
     """
 
     def __init__(self, obstacles: Sequence[Obstacle]) -> None:
@@ -45,18 +45,20 @@ class Surroundings:
     def touched(
         self, arm: ArmKinematics, p_WA: ArrayLike, q: ArrayLike
     ) -> NDArray[np.bool_]:
-        """Whether the arm would run into something.
+        """Whether the arm touches an obstacle or the robot itself, (n,).
 
         Args:
-            arm: whose links.
-            p_WA: of the arm's base, its axes along W's [m], (n, 3).
+            arm: the arm.
+            p_WA: place of the base of the arm [m], (n, 3); its axes are along
+                those of W.
             q: joint positions [rad], (n, 6).
         """
         base = np.asarray(p_WA, dtype=float)
         balls_A, link, world = _balls(arm, q)
         balls = balls_A + base[:, None]
         hit = _touches_itself(arm, q, balls_A, link)
-        # Only what comes near any ball, and only balls that come near it.
+        # Only obstacles near any of the balls, and only balls near an obstacle
+        # are worked out.
         points = balls[:, world]
         if not points.size:
             return np.asarray(hit)
@@ -82,7 +84,7 @@ class Surroundings:
 
 
 def _planes(corners: Array) -> tuple[Array, Array]:
-    """Outward normals (k, 3) and offsets (k,) [m] of a convex body's sides."""
+    """Outward normals (k, 3) and offsets [m], (k,), of a convex body."""
     equations = ConvexHull(corners).equations
     sides = np.unique(np.round(equations, 9), axis=0)
     return sides[:, :3], sides[:, 3]
@@ -91,18 +93,19 @@ def _planes(corners: Array) -> tuple[Array, Array]:
 def _touches_itself(
     arm: ArmKinematics, q: ArrayLike, balls: Array, link: NDArray[np.int_]
 ) -> NDArray[np.bool_]:
-    """Whether forearm or hand meet the chassis, or what carries them, (n,)."""
+    """Whether forearm or hand touch chassis, waist or upper arm, (n,)."""
     outwards = np.hypot(balls[..., 0], balls[..., 1])
-    # The chassis ends where the arm's base begins.
-    gap = np.hypot(
+    # The arm's base, where z is 0, stands on the chassis.
+    to_chassis = np.hypot(
         np.maximum(outwards - RADIUS, 0), np.maximum(balls[..., 2], 0)
     )
     radius, height = WAIST_COLUMN
-    column = np.hypot(
+    to_column = np.hypot(
         np.maximum(outwards - radius, 0), np.maximum(balls[..., 2] - height, 0)
     )
     carried = link > _UPPER_ARM
-    hit = np.any((np.minimum(gap, column) < LINK_RADIUS) & carried, axis=1)
+    distance = np.minimum(to_chassis, to_column)
+    hit = np.any((distance < LINK_RADIUS) & carried, axis=1)
     corners = arm.joint_positions(q)
     start, upper_arm = corners[:, 1, None], corners[:, 2] - corners[:, 1]
     to_ball = balls[:, link == _HAND] - start
@@ -118,7 +121,13 @@ def _touches_itself(
 def _balls(
     arm: ArmKinematics, q: ArrayLike
 ) -> tuple[Array, NDArray[np.int_], NDArray[np.bool_]]:
-    """Centres in A [m], (n, k, 3), their links, and which mind the world."""
+    """The balls that stand for the links.
+
+    Returns:
+        Their centres in the frame of the arm's base [m], (n, k, 3); the link
+        of each, (k,); and whether it may not touch obstacles, (k,), as those
+        at the end of the hand may.
+    """
     corners = arm.joint_positions(q)
     links = np.diff(arm.joint_positions(np.zeros(JOINTS)), axis=0)
     shares, starts = [], []

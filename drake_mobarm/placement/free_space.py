@@ -1,6 +1,6 @@
-"""The floor on which a round robot can be, as one polygon: section 4.3.3.
+"""The floor where a round robot can be, as one polygon: section 4.3.3.
 
-An offset applied to all obstacles makes the robot a point.
+All obstacles are grown by the radius of the robot, which is then a point.
 """
 
 from collections.abc import Sequence
@@ -16,24 +16,26 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.world.obstacles import outline, signed_distance
 from drake_mobarm.world.world import World
 
+# How far the map reaches beyond all that is in it [m].
 _MARGIN = 1.0
+# Sides of the polygon that stands for the robot's disc.
 _DISC_SIDES = 32
+# Corners of the polygon are rounded to this [m]: without it, shapely's union of
+# polygons whose sides nearly coincide may lose one of them without an error.
 _RASTER = 1e-9
-"""Of the polygon's corners [m]. Without one, shapely's union of polygons
-whose sides all but coincide may silently lose one of them."""
 
 
 @dataclass(frozen=True)
 class FreeSpace:
-    """Where the base's origin can be without the robot touching anything.
+    """Where the origin of the base can be without the robot touching anything.
 
     It is connected: all of it can be reached from any place in it.
 
     Attributes:
-        polygon: in W [m], with a hole for each obstacle that stands free.
-        radius: the robot's [m].
-        obstacles: name of each, and its convex outline grown by the radius,
-            counter-clockwise in W [m], (k_i, 2).
+        polygon: the free space in W [m], with holes where obstacles are.
+        radius: of the robot [m].
+        obstacles: the name of each obstacle, and its convex outline grown by
+            the radius, counter-clockwise in W [m], (k_i, 2).
     """
 
     polygon: shapely.Polygon
@@ -41,7 +43,7 @@ class FreeSpace:
     obstacles: tuple[tuple[str, Array], ...] = ()
 
     def __post_init__(self) -> None:
-        """Lets shapely index the polygon, which changes no value."""
+        """Lets shapely index the polygon, for speed alone."""
         shapely.prepare(self.polygon)
 
     @classmethod
@@ -56,13 +58,12 @@ class FreeSpace:
         """The part of the floor around `start` that a disc can reach.
 
         Args:
-            outlines: convex ones of obstacles in W [m], (k_i, 2) each.
-            radius: the robot's [m]; no point within it of an outline is free,
+            outlines: convex outlines of obstacles in W [m], (k_i, 2) each.
+            radius: of the robot [m]; no point nearer to an outline is free,
                 but for rounding by 2e-9 m.
             start: a free place p_WB [m], (2,).
-            bounds: low and high corner of where the base's origin can be
-                [m], (2, 2); by default that of outlines and start with a
-                metre around.
+            bounds: low and high corner of where the origin of the base can be
+                [m], (2, 2); by default a metre around outlines and start.
             names: of the outlines; by default their numbers.
 
         Raises:
@@ -123,15 +124,16 @@ class FreeSpace:
         heights: tuple[float, float],
         goal: ArrayLike | None = None,
     ) -> "FreeSpace":
-        """That of a world's floor, and a metre beyond all that is in it.
+        """The free space of a world, up to a metre beyond all that is in it.
 
         Args:
             world: the building.
             start: a free place p_WB [m], (2,).
-            radius: the robot's [m].
-            heights: of the robot's lowest and highest part [m]; it passes
-                under and over the rest.
-            goal: another place that has to be on the map [m], (2,).
+            radius: of the robot [m].
+            heights: of the lowest and the highest part of the robot [m]; it
+                passes over what is below and under what is above.
+            goal: p_WB of another place that has to be within the bounds [m],
+                (2,).
 
         Raises:
             ParameterError: `start` is not free.
@@ -157,21 +159,30 @@ class FreeSpace:
         return float(self.polygon.area)
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points in W [m], (..., 2), are free; its edge is not."""
+        """Whether points are in free space, (...); its edge is not.
+
+        Args:
+            points: in W [m], (..., 2).
+        """
         places = np.asarray(points, dtype=float)
         return np.asarray(
             shapely.contains_xy(self.polygon, places[..., 0], places[..., 1])
         )
 
     def distance(self, points: ArrayLike) -> Array:
-        """Distance [m] of points in W, (..., 2), to the nearest free one."""
+        """Distance of points in W, (..., 2), to the free space [m], (...)."""
         places = shapely.points(np.asarray(points, dtype=float))
         return np.asarray(shapely.distance(self.polygon, places))
 
     def obstacles_near(
         self, place: Array, distance: float
     ) -> list[tuple[str, Array]]:
-        """Those whose grown outline is within a distance [m] of a place."""
+        """The obstacles whose grown outline is near a place.
+
+        Args:
+            place: p_WB [m], (2,).
+            distance: how near [m].
+        """
         return [
             (name, shape)
             for name, shape in self.obstacles
@@ -181,7 +192,11 @@ class FreeSpace:
         ]
 
     def sides(self) -> tuple[Array, Array]:
-        """Starts and ends in W [m], (n, 2) each, of the edge and of holes."""
+        """Starts and ends of the polygon's sides, its holes included.
+
+        Returns:
+            Both in W [m], (n, 2) each.
+        """
         rings = [
             shapely.get_coordinates(ring)
             for ring in (self.polygon.exterior, *self.polygon.interiors)
@@ -193,12 +208,13 @@ class FreeSpace:
 
 
 def _grown(shape: Array, radius: float) -> shapely.Geometry:
-    """A convex outline and all within `radius` [m] of it, or a little more.
+    """A convex outline grown by a radius [m].
 
-    The Minkowski sum with a polygon around the disc, so that nothing within
-    the radius is left out; that polygon's corners are 0.5 % further out.
-    shapely's buffer would put its corners on the arc, and as few as it likes.
-    Sides along the axes, which most walls have, move by just the radius.
+    This is the Minkowski sum with a polygon around the disc, so that nothing
+    within the radius is left out; corners of that polygon are 0.5 % further
+    out. The buffer of shapely would have corners on the arc, and leave out
+    what is beside them. Sides along the axes, as most walls have, move by the
+    radius exactly.
     """
     turn = 2 * np.pi * (np.arange(_DISC_SIDES) + 0.5) / _DISC_SIDES
     reach = radius / np.cos(np.pi / _DISC_SIDES)

@@ -1,11 +1,11 @@
-"""Free squares laid in columns over the free space: section 4.3.3.
+"""A grid of free squares over the free space: section 4.3.3.
 
-Columns are strips as wide as a square. Three things place the squares: the
-columns' orientation, the offset of the first column from the left side of the
-map, and a height for each column, shared by all its squares. A square that
-overlaps obstacle space by any amount is not free.
+The squares lie in columns, which are strips as wide as a square. Three things
+place them: the orientation of the columns, the offset of the first column
+from the left side of the map, and for each column a height that all its
+squares share. A square that overlaps an obstacle by any amount is not free.
 
-Frame G is W turned by the orientation: columns run along its y.
+Frame G is W turned by the orientation: columns run along its y axis.
 """
 
 import math
@@ -19,8 +19,11 @@ from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array, rotation
 from drake_mobarm.placement.free_space import FreeSpace
 
-_TOUCH = 1e-9  # [m]: rounding; what overlaps by less only touches.
+# Overlaps below this are rounding errors: the two only touch [m].
+_TOUCH = 1e-9
+# Stands in for a divisor of zero.
 _TINY = 1e-200
+# Free areas of more squares than this are refused.
 _MOST_SQUARES = 1e6
 _CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -32,9 +35,10 @@ class FreeGrid:
     Attributes:
         size: edge length of a square [m].
         orientation: of the columns [rad], counter-clockwise from y of W.
-        offset: of the first column from the left side of the map, in sizes.
-        centres: in W [m], (n, 2), column by column, upwards.
-        columns: which column each is in, (n,), the first is 0.
+        offset: of the first column from the left side of the map, in sizes
+            of a square.
+        centres: of the squares in W [m], (n, 2), column by column, upwards.
+        columns: index of the column that each square is in, (n,), from 0.
         free_area: area of the free space [m^2].
     """
 
@@ -51,17 +55,17 @@ class FreeGrid:
         return len(self.centres) * self.size**2 / self.free_area
 
     def corners(self) -> Array:
-        """The squares' corners in W [m], (n, 4, 2), counter-clockwise."""
+        """Corners of the squares in W [m], (n, 4, 2), counter-clockwise."""
         square = self.size * _CORNERS @ rotation(self.orientation).T
         corners: Array = self.centres[:, None] + square
         return corners
 
 
 def plain_grid(free: FreeSpace, size: float) -> FreeGrid:
-    """The baseline: a lattice along the axes of W.
+    """A lattice along the axes of W, the baseline of the optimised grid.
 
-    It begins at the left and the lower side of the map, which is the free
-    space's bounding box.
+    It begins at the left and the lower side of the map, which is the bounding
+    box of the free space.
 
     Args:
         free: where the base's origin can be.
@@ -71,21 +75,21 @@ def plain_grid(free: FreeSpace, size: float) -> FreeGrid:
         ParameterError: the size is not positive.
     """
     _require_size(free, size)
-    gaps = _find_gaps(free.sides(), size, 0.0, 0.0)
-    heights = np.full(len(gaps.low), free.polygon.bounds[1])
-    return _fill(free, size, 0.0, 0.0, gaps, heights)
+    stretches = _find_stretches(free.sides(), size, 0.0, 0.0)
+    heights = np.full(len(stretches.low), free.polygon.bounds[1])
+    return _fill(free, size, 0.0, 0.0, stretches, heights)
 
 
 def grid_at(
     free: FreeSpace, size: float, orientation: float, offset: float
 ) -> FreeGrid:
-    """The most squares that columns placed so can hold.
+    """The grid with the most squares for one orientation and offset.
 
     Args:
         free: where the base's origin can be.
         size: edge length of a square [m].
         orientation: of the columns [rad], 0 to pi/2.
-        offset: of the first column [sizes], 0 to 1.
+        offset: of the first column, in sizes of a square, 0 to 1.
 
     Raises:
         ParameterError: a value is out of its range.
@@ -98,9 +102,9 @@ def grid_at(
         "0 to pi/2 [rad]",
     )
     require(0 <= offset <= 1, "offset", offset, "0 to 1 [sizes]")
-    gaps = _find_gaps(free.sides(), size, orientation, offset)
-    heights, _ = _best_heights(gaps, size)
-    return _fill(free, size, orientation, offset, gaps, heights)
+    stretches = _find_stretches(free.sides(), size, orientation, offset)
+    heights, _ = _best_heights(stretches, size)
+    return _fill(free, size, orientation, offset, stretches, heights)
 
 
 def optimise_grid(
@@ -112,16 +116,16 @@ def optimise_grid(
 ) -> FreeGrid:
     """The grid that covers the most of the free space: section 4.3.3.
 
-    Differential evolution over orientation and offset; heights follow from
-    these exactly. The plain grid's orientation and offset are among the
-    first generation, so that it is never better.
+    Differential evolution searches orientation and offset; the best heights
+    for these are worked out exactly. Orientation and offset of the plain grid
+    are in the first generation, so that the result is never worse than it.
 
     Args:
         free: where the base's origin can be.
         size: edge length of a square [m].
         seed: of the search.
-        population: members a parameter.
-        generations: at most so many after the first.
+        population: members of a generation per parameter, which are two.
+        generations: largest number of generations after the first.
 
     Raises:
         ParameterError: a value is out of its range.
@@ -132,12 +136,11 @@ def optimise_grid(
     sides = free.sides()
 
     def negative_count(x: Array) -> float:
-        gaps = _find_gaps(sides, size, x[0], x[1])
-        return -float(_best_heights(gaps, size)[1])
+        stretches = _find_stretches(sides, size, x[0], x[1])
+        return -float(_best_heights(stretches, size)[1])
 
-    # Counts are whole numbers, and good places differ by few squares: no
-    # gradient to polish with, and the spread of a generation says little
-    # until it is zero.
+    # Counts are whole numbers: they have no gradient to polish with, and a
+    # generation has converged only once its counts are equal (tol = 0).
     best = differential_evolution(
         negative_count,
         [(0.0, math.pi / 2), (0.0, 1.0)],
@@ -148,20 +151,22 @@ def optimise_grid(
         tol=0.0,
         polish=False,
     )
-    # It scales its members, which may round one past its bounds.
+    # Rounding may leave a parameter just beyond its bounds.
     orientation, offset = np.clip(best.x, 0.0, (math.pi / 2, 1.0))
     return grid_at(free, size, float(orientation), float(offset))
 
 
 @dataclass(frozen=True)
-class _Gaps:
-    """Free stretches of columns that hold a square, by column and height.
+class _Stretches:
+    """Stretches of columns that are free and at least a square high.
+
+    They are in the order of their columns, and upwards within a column.
 
     Attributes:
-        left: of column 0 in G [m].
-        column: which column, (n,), rising.
-        low: lower end in G [m], (n,).
-        high: upper end in G [m], (n,).
+        left: x of the left side of column 0 in G [m].
+        column: index of the column of each, (n,).
+        low: y of the lower end in G [m], (n,).
+        high: y of the upper end in G [m], (n,).
     """
 
     left: float
@@ -181,17 +186,18 @@ def _require_size(free: FreeSpace, size: float) -> None:
     )
 
 
-def _find_gaps(
+def _find_stretches(
     sides: tuple[Array, Array], size: float, orientation: float, offset: float
-) -> _Gaps:
-    """Where columns are free over their whole width.
+) -> _Stretches:
+    """The stretches over which columns are free over their whole width.
 
-    The ranges of y over which the edge of the free space is within a column's
-    strip block it; what is between them is wholly free or wholly not, which
-    the parity of the edge's crossings of the strip's middle line below tells.
+    A column is blocked over each range of y in which a side of the free space
+    is within the strip. What is between two such ranges is free or not as a
+    whole: it is free where the sides below it cross the middle line of the
+    strip an odd number of times.
     """
-    # Elementwise: a matrix product may round a corner that ends one side and
-    # starts the next in two ways, and the parity would break.
+    # Elementwise: a matrix product may round the end of one side and the start
+    # of the next, which are one corner, in two ways; crossings would be lost.
     c, s = math.cos(orientation), math.sin(orientation)
     start, end = (
         np.column_stack([c * x + s * y, c * y - s * x])
@@ -205,7 +211,7 @@ def _find_gaps(
     left = start[:, 0].min() + offset * size
 
     # All pairs of a side and a column that it may be in. What lies left of
-    # column 0 is in no column; one that reaches past the right has no gap.
+    # column 0 is in no column; one that ends right of the map is never free.
     first = np.floor((start[:, 0] - left) / size - 0.5).astype(int)
     last = np.floor((end[:, 0] - left) / size + 0.5).astype(int)
     first = np.maximum(first, 0)
@@ -229,66 +235,66 @@ def _find_gaps(
     low, high = np.minimum(y_in, y_out), np.maximum(y_in, y_out)
     order = np.lexsort((low, column))
     column, low, high = column[order], low[order], high[order]
-    # Closed lines cross a middle an even number of times, so that the sum
-    # begins each column even.
+    # Closed lines cross a middle line an even number of times, so that one
+    # sum over all columns is even where each column begins.
     odd = np.cumsum(crosses[order]) % 2 == 1
-    # The highest so far in the column: one running maximum over columns
-    # stacked so far apart that none reaches into the next.
+    # The highest so far in each column, as one running maximum: columns are
+    # shifted so far apart that none reaches into the next.
     if len(low):
         stack = column * (high.max() - low.min() + 1)
         high = np.maximum.accumulate(high + stack) - stack
-    free = (
+    fits = (
         odd[:-1]
         & (column[1:] == column[:-1])
         & (low[1:] - high[:-1] >= size - _TOUCH)
     )
-    return _Gaps(left, column[:-1][free], high[:-1][free], low[1:][free])
+    return _Stretches(left, column[:-1][fits], high[:-1][fits], low[1:][fits])
 
 
 def _squares(
-    gaps: _Gaps, size: float, height: Array, gap: NDArray[np.int_]
+    stretches: _Stretches, size: float, height: Array, index: NDArray[np.int_]
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """What of a stack of squares fits in a gap.
+    """Which squares of a column of some height are within a stretch.
 
     Args:
-        gaps: the gaps.
+        stretches: all stretches.
         size: edge length of a square [m].
-        height: of the lower side of the stack's square 0 in G [m], (m,).
-        gap: which gap, (m,).
+        height: y of the lower side of square 0 of the column in G [m], (m,).
+        index: which of the stretches, (m,).
 
     Returns:
-        Number of the lowest square within the gap, and how many are, (m,)
-        each.
+        Number of the lowest square within the stretch, which may be negative,
+        and how many squares are within it, (m,) each.
     """
-    first = np.ceil((gaps.low[gap] - height - _TOUCH) / size)
-    beyond = np.floor((gaps.high[gap] - height + _TOUCH) / size)
+    first = np.ceil((stretches.low[index] - height - _TOUCH) / size)
+    beyond = np.floor((stretches.high[index] - height + _TOUCH) / size)
     count = np.maximum(beyond - first, 0)
     return first.astype(int), count.astype(int)
 
 
-def _best_heights(gaps: _Gaps, size: float) -> tuple[Array, int]:
-    """Heights of columns that hold the most squares.
+def _best_heights(stretches: _Stretches, size: float) -> tuple[Array, int]:
+    """The heights of columns with the most squares.
 
-    Moving a column's squares down until one of them touches the lower end of
-    its gap loses none; so the best height is the lower end of some gap.
+    Moving the squares of a column down until one of them touches the lower
+    end of its stretch loses none: a best height is the lower end of a stretch.
 
     Returns:
-        For each gap its column's height in G [m], (n,), and the number of
-        squares in all.
+        For each stretch the height of its column in G [m], (n,), and the
+        number of squares in all columns.
     """
-    total = len(gaps.column)
+    total = len(stretches.column)
     if not total:
         return np.empty(0), 0
-    begins = np.flatnonzero(np.diff(gaps.column, prepend=-1))
+    begins = np.flatnonzero(np.diff(stretches.column, prepend=-1))
     lengths = np.diff(begins, append=total)
-    # Each gap's lower end is tried on each gap of the same column.
+    # The lower end of each stretch is tried on all stretches of its column.
     trial, nth = _spread(np.repeat(lengths, lengths))
     tried_on = np.repeat(begins, lengths)[trial] + nth
-    _, count = _squares(gaps, size, gaps.low[trial], tried_on)
+    _, count = _squares(stretches, size, stretches.low[trial], tried_on)
     counts = np.bincount(trial, count, total)
-    # Within each column the greatest count, and of equals the lowest.
-    ranked = np.lexsort((np.arange(total), -counts, gaps.column))[begins]
-    return np.repeat(gaps.low[ranked], lengths), int(counts[ranked].sum())
+    # In each column the stretch of the greatest count, of equals the lowest.
+    ranked = np.lexsort((np.arange(total), -counts, stretches.column))[begins]
+    return np.repeat(stretches.low[ranked], lengths), int(counts[ranked].sum())
 
 
 def _fill(
@@ -296,15 +302,17 @@ def _fill(
     size: float,
     orientation: float,
     offset: float,
-    gaps: _Gaps,
+    stretches: _Stretches,
     heights: Array,
 ) -> FreeGrid:
-    """The squares of columns whose height in G [m] is told for each gap."""
-    first, count = _squares(gaps, size, heights, np.arange(len(gaps.low)))
-    gap, nth = _spread(count)
-    columns = gaps.column[gap]
-    x = gaps.left + (columns + 0.5) * size
-    y = heights[gap] + (first[gap] + nth + 0.5) * size
+    """The grid, given for each stretch the height of its column in G [m]."""
+    first, count = _squares(
+        stretches, size, heights, np.arange(len(stretches.low))
+    )
+    index, nth = _spread(count)
+    columns = stretches.column[index]
+    x = stretches.left + (columns + 0.5) * size
+    y = heights[index] + (first[index] + nth + 0.5) * size
     centres = np.column_stack([x, y]) @ rotation(orientation).T
     return FreeGrid(size, orientation, offset, centres, columns, free.area)
 
@@ -312,7 +320,7 @@ def _fill(
 def _spread(
     counts: NDArray[np.int_],
 ) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
-    """Each index as often as its count says, and which time it is."""
+    """Each index repeated as often as its count, and the repetition, from 0."""
     owner = np.repeat(np.arange(len(counts)), counts)
     nth = np.arange(len(owner)) - (np.cumsum(counts) - counts)[owner]
     return owner, nth

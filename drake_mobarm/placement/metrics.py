@@ -7,14 +7,15 @@ from drake_mobarm.placement.planner import Placement
 
 
 def placement_metrics(placement: Placement) -> dict[str, float]:
-    """Figures of the stand, NaN where there is none, and of the map.
+    """The metrics of a placement: of its stand and of its map.
 
     Returns:
-        Place and joints of the stand; the objective (4.12) and its parts,
-        as (4.3), (4.9), (4.10) and (4.11) define them; the largest holding
-        torque of a joint over its limit; the best square's
-        objective; how many squares there are and are attractive, and the
-        share of free space that they cover.
+        For the stand, NaN where there is none: its pose and joint positions,
+        the objective (4.12) and its parts as (4.3), (4.9), (4.10) and (4.11)
+        define them, and the largest ratio of a joint's holding torque to its
+        limit. For the map: the objective of the best square, the numbers of
+        free and of attractive squares, and the share of the free area that
+        the free squares cover.
     """
     grid, stand = placement.grid, placement.stand
     pose = np.full(3, np.nan) if stand is None else stand.pose

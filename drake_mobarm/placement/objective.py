@@ -1,26 +1,26 @@
-"""How good a place to work from is: sections 4.3.1 and 4.3.2."""
+"""The objective: how well an arm can work as its joints are (4.3.1, 4.3.2)."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import finite_numbers, positive_numbers, require
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 
-# The torque score of a joint grows linearly from this near its limit [N m].
+# From this far below its limit a joint's torque score is linear [N m].
 _LIMIT_MARGIN = 0.01
 _WEIGHTS = "0, or 1e-6 to 1e6"
 
 
 @dataclass(kw_only=True)
 class ObjectiveParameters:
-    """What counts, and how much.
+    """Weights and other figures of the objective (4.12).
 
-    The dissertation gives no figures. These weights make the three parts of
-    like size over the WidowX's workspace: over joint positions drawn evenly
-    their medians are 0.7, 0.9 and 0.8.
+    The dissertation gives no figures. With the default weights the three
+    parts are of similar magnitude for the WidowX: over joint positions drawn
+    evenly their medians are 0.7, 0.9 and 0.8.
 
     Attributes:
         torque_weight: w_t [1/(N m)], (4.12).
@@ -30,11 +30,15 @@ class ObjectiveParameters:
             empty for the torque limits themselves.
         singularity: b [m^3], (4.9).
         position_axes: roll, pitch, yaw in W of the axes along which the
-            tip's sensitivity counts [rad].
-        position_axis_weights: of those axes, relative to each other.
-        attitude_axes: the same for the sensitivity of its attitude [rad].
-        attitude_axis_weights: of those axes, relative to each other.
-        payload: mass at the tool's tip [kg].
+            sensitivity of the tip's position is measured [rad].
+        position_axis_weights: of these axes, relative to each other.
+        attitude_axes: roll, pitch, yaw in W of the axes about which the
+            sensitivity of the tool's attitude is measured [rad].
+        attitude_axis_weights: of these axes, relative to each other.
+        payload: mass at the tip of the tool [kg].
+
+    Raises:
+        ParameterError: a value is out of its range.
     """
 
     torque_weight: float = 1.0
@@ -63,14 +67,9 @@ class ObjectiveParameters:
             self.torque_weight,
             "above 0 where position_weight and attitude_weight are 0",
         )
-        for name in ("position_axes", "attitude_axes"):
-            value = getattr(self, name)
-            require(
-                len(value) == 3 and bool(np.isfinite(value).all()),
-                name,
-                value,
-                "[roll, pitch, yaw], finite, in rad",
-            )
+        finite_numbers(
+            self, "[roll, pitch, yaw] in rad", "position_axes", "attitude_axes"
+        )
         for name in ("position_axis_weights", "attitude_axis_weights"):
             value = getattr(self, name)
             require(
@@ -81,12 +80,8 @@ class ObjectiveParameters:
                 value,
                 f"three numbers, not all 0, each {_WEIGHTS}",
             )
-        require(
-            all(0 < a < np.inf for a in self.torque_shape),
-            "torque_shape",
-            self.torque_shape,
-            "one a joint, each its torque limit or more, or empty",
-        )
+        # Their number and least values are checked where the arm is known.
+        positive_numbers(self, len(self.torque_shape), "torque_shape")
 
 
 @dataclass(frozen=True)
@@ -97,10 +92,10 @@ class Scores:
         torque: T [N m], (4.3).
         position: S_p [m/rad], (4.10).
         attitude: S_r [-], (4.11).
-        singularity: sigma [-], (4.9), which is in `position` and `attitude`.
+        singularity: sigma [-], (4.9), a factor of `position` and `attitude`.
         objective: j [-], (4.12).
-        load: largest holding torque of a joint over its limit [-]; above 1
-            the arm cannot hold itself.
+        load: largest ratio of a joint's holding torque to its limit [-];
+            above 1 the motors cannot hold the arm.
     """
 
     torque: Array
@@ -112,64 +107,69 @@ class Scores:
 
 
 def torque_score(torque: ArrayLike, limit: ArrayLike, a: ArrayLike) -> Array:
-    """How much a joint's holding torque counts [N m], (4.2).
+    """The score of a joint's holding torque [N m], (4.2).
 
     Args:
         torque: tau [N m], any shape.
-        limit: r, the joint's torque limit [N m], broadcast against it.
+        limit: r, the torque limit of the joint [N m], broadcast against
+            `torque`.
         a: shape of the curve [N m], the limit or more.
 
     Returns:
-        t, never negative: zero at rest, growing faster and faster up to the
-        limit, and on by about 100 a for each N m: a large score, but no bar
-        (`score_places` leaves out what the motors cannot hold).
+        t, 0 or more: zero without torque, growing ever faster up to the limit,
+        and beyond it linearly by about 100 a for each N m. A torque beyond the
+        limit is no error here; `score_places` leaves it out.
 
     Raises:
-        ParameterError: a is below the limit, where (4.2) would be negative
-            and call a larger torque better.
+        ParameterError: a is below the limit; (4.2) would then be negative for
+            small torques and prefer a larger one.
     """
-    size, r, a = (np.asarray(x, dtype=float) for x in (torque, limit, a))
+    tau, r, a = (np.asarray(x, dtype=float) for x in (torque, limit, a))
     _require_shape(a, r)
-    size = np.abs(size)
-    t: Array = -size * (a / (np.minimum(size, r - _LIMIT_MARGIN) - r) + 1)
+    tau = np.abs(tau)
+    t: Array = -tau * (a / (np.minimum(tau, r - _LIMIT_MARGIN) - r) + 1)
     return t
 
 
 def torque_score_derivative(
     torque: ArrayLike, limit: ArrayLike, a: ArrayLike
 ) -> Array:
-    """Derivative of `torque_score` by the torque [-].
+    """The derivative of `torque_score` with respect to the torque [-].
 
-    With a above the limit the score has a corner at zero; there this is 0.
+    Where a is above the limit, the score is not differentiable at zero torque;
+    the value there is 0.
     """
     tau, r, a = (np.asarray(x, dtype=float) for x in (torque, limit, a))
-    size = np.abs(tau)
-    room = r - np.minimum(size, r - _LIMIT_MARGIN)
-    bend = np.where(size < r - _LIMIT_MARGIN, size / room**2, 0.0)
+    magnitude = np.abs(tau)
+    room = r - np.minimum(magnitude, r - _LIMIT_MARGIN)
+    bend = np.where(magnitude < r - _LIMIT_MARGIN, magnitude / room**2, 0.0)
     slope: Array = np.sign(tau) * (a / room - 1 + a * bend)
     return slope
 
 
 def sensitivities(J: ArrayLike, R_WA: ArrayLike, weights: ArrayLike) -> Array:
-    """How far all joints together move the tip along axes: (4.4) to (4.7).
+    """The sensitivity of the tool along some axes: (4.4) to (4.7).
 
     Args:
-        J: three rows of the Jacobian in W, (..., 3, n).
-        R_WA: the axes, (3, 3), a column each.
+        J: rows of the Jacobian in W for the position [m/rad] or the attitude
+            [-], (..., 3, n).
+        R_WA: the axes, (3, 3), one in each column.
         weights: of the axes, (3,), normalised here to length 1.
 
     Returns:
-        s, (..., 3), one an axis: the sum over a row's absolute values.
+        s, (..., 3), in the unit of J: for each axis the sum of the absolute
+        values of the joints' elements.
     """
     return _row_sums(_axis_matrix(R_WA, weights), np.asarray(J))
 
 
 def singularity_factor(determinants: ArrayLike, b: float) -> Array:
-    """The factor sigma [-], (4.9), infinite at a singularity.
+    """The factor sigma [-], (...), of (4.9), infinite at a singularity.
 
     Args:
-        determinants: det J11, det J22 at the wrist's centre, (..., 2).
-        b: how far from a singularity it counts [m^3].
+        determinants: det J11 [m^3] and det J22 [-] at the wrist's centre,
+            (..., 2).
+        b: magnitude of their product at which sigma is 2 [m^3].
     """
     product = np.abs(np.prod(np.asarray(determinants), axis=-1))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -178,17 +178,23 @@ def singularity_factor(determinants: ArrayLike, b: float) -> Array:
 
 
 class PlacementObjective:
-    """The objective (4.12) of an arm's joint positions, and its derivative.
+    """The objective (4.12) of joint positions of an arm.
 
-    The base stands with its axes along W's: for another heading, add it to
-    the waist's position.
+    The axes of the base are along those of W; another heading is added to the
+    position of the waist.
 
     Args:
-        arm: whose joints.
-        parameters: what counts.
+        arm: the arm.
+        parameters: weights and other figures.
 
     Raises:
         ParameterError: `torque_shape` does not fit the arm.
+
+    Attributes:
+        arm: the arm.
+        parameters: weights and other figures.
+        position_axes: diag(w) R_AW of (4.4), (3, 3).
+        attitude_axes: diag(w) R_AW of (4.5), (3, 3).
     """
 
     def __init__(
@@ -236,7 +242,7 @@ class PlacementObjective:
         ]
         S_p, S_r = (sigma * length for length in lengths)
         j = p.torque_weight * T
-        # At a singularity a score is infinite, which no weight of 0 undoes.
+        # At a singularity a score is infinite, and 0 times it would be NaN.
         for weight, score in (
             (p.position_weight, S_p),
             (p.attitude_weight, S_r),
@@ -246,13 +252,13 @@ class PlacementObjective:
         return Scores(T, S_p, S_r, sigma, j, load)
 
     def torque_and_derivative(self, q: ArrayLike) -> tuple[Array, Array]:
-        """T [N m], (...), (4.3), and its derivative by the joints.
+        """T of (4.3) and its derivative with respect to the joint positions.
 
         Args:
             q: joint positions [rad], (..., 6).
 
         Returns:
-            T [N m], (...), and [N m/rad], (..., 6).
+            T [N m], (...), and its derivative [N m/rad], (..., 6).
         """
         tau, stiffness = self.arm.holding_torque_and_derivative(
             q, self.parameters.payload
@@ -277,14 +283,14 @@ def _require_shape(a: Array, limit: Array) -> None:
 
 
 def _axis_matrix(R_WA: ArrayLike, weights: ArrayLike) -> Array:
-    """diag(w) R_AW of (4.4), (4.5), w normalised."""
+    """diag(w) R_AW of (4.4), (4.5), with w normalised, (3, 3)."""
     w = np.asarray(weights, dtype=float)
     matrix: Array = (w / np.linalg.norm(w))[:, None] * np.transpose(R_WA)
     return matrix
 
 
 def _row_sums(axes: Array, J: Array) -> Array:
-    """(4.6), (4.7), of rows of a Jacobian (..., 3, n) along `axes` (3, 3)."""
+    """(4.6), (4.7): s, (..., 3), of rows J (..., 3, n) and axes (3, 3)."""
     s: Array = np.abs(axes @ J).sum(axis=-1)
     return s
 

@@ -58,7 +58,7 @@ def score_places(problem: StandProblem, places: ArrayLike) -> PlaceScores:
     is not given, the waist may be anywhere.
 
     Args:
-        problem: the target, and what counts. Whether the places are in its
+        problem: what to solve. Whether the places are in its
             free space is not checked.
         places: p_WB of the base [m], (n, 2).
 

@@ -80,7 +80,7 @@ def plan_stand(problem: StandProblem, grid: FreeGrid) -> Placement:
     """Maps the objective over a grid and finds the best stand.
 
     Args:
-        problem: the target, and what counts.
+        problem: what to solve.
         grid: squares of the problem's free space.
     """
     scored = score_places(problem, grid.centres)

@@ -39,7 +39,7 @@ class StandProgram:
     the base has to keep away from, and the problem's least distance.
 
     Args:
-        problem: the target, and what counts.
+        problem: what to solve.
         start: p_WB that the solver starts from [m], (2,).
         q_start: joint positions there [rad], (6,), as in `PlaceScores.q`.
     """

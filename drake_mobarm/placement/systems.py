@@ -41,9 +41,9 @@ class StandPlanner(LeafSystem):
     No direct feedthrough.
 
     Args:
-        problem: what to plan for. The height and the approach of its target
-            hold for every plan, as no estimate tells them; where the target
-            is on the floor plan is estimated, and not read from here.
+        problem: what to plan for. Every plan is for a target as high as the
+            problem's, along the same approach, as no estimate tells these;
+            its place on the floor plan is estimated, and not read from here.
         grid: squares of the problem's free space.
         parameters: when a new plan is made.
     """

@@ -1,3 +1,5 @@
+"""The placement diagram: its plans, the robot on its stand, the command."""
+
 import csv
 import json
 

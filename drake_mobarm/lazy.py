@@ -1,30 +1,38 @@
-"""Names of a package that are imported when they are first used (PEP 562).
-
-A room's face names systems, which need pydrake (0.7 s to import), beside
-parameters and laws, which do not: whoever asks for a law does not pay for it.
-"""
+"""Names of a package that are imported on first use (PEP 562)."""
 
 import importlib
+import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
 
-def lazy_names(
-    package: str, modules: Mapping[str, str]
+def attach(
+    module_name: str, names: Mapping[str, str]
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """The `__getattr__` and `__dir__` of a package with lazy names.
+    """Makes `__getattr__` and `__dir__` of a package.
+
+    A package that imports its systems at once makes each of its laws load
+    pydrake, too.
 
     Args:
-        package: its `__name__`.
-        modules: the module that defines each name, by the name.
+        module_name: the package's `__name__`.
+        names: the submodule, relative to the package, of each name.
+
+    Returns:
+        The two functions, to be assigned to these names in the package.
     """
 
-    def get(name: str) -> Any:
-        if name not in modules:
-            raise AttributeError(f"module {package!r} has no name {name!r}")
-        module = importlib.import_module(modules[name])
-        # A name may also be that of a module of the package.
-        whole = modules[name] == f"{package}.{name}"
-        return module if whole else getattr(module, name)
+    def load(name: str) -> Any:
+        if name not in names:
+            raise AttributeError(
+                f"module {module_name!r} has no attribute {name!r}"
+            )
+        module = importlib.import_module(f"{module_name}.{names[name]}")
+        value = getattr(module, name)
+        setattr(sys.modules[module_name], name, value)
+        return value
 
-    return get, lambda: sorted(modules)
+    def list_names() -> list[str]:
+        return sorted({*vars(sys.modules[module_name]), *names})
+
+    return load, list_names

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive, require, within
 from drake_mobarm.geometry import wrap_angle
 
 
@@ -15,15 +15,15 @@ class ControllerParameters:
     """Gains and limits; the dissertation gives no values.
 
     Attributes:
-        linear_gain: speed per distance [1/s], positive. 1 m/s^2 stops the
-            robot on the target, from 1 m/s, where this is 2 or less.
+        linear_gain: speed per distance [1/s], positive. With 2 or less, a
+            robot that brakes at 1 m/s^2 stops on the target from 1 m/s.
         angular_gain: turn rate per heading error [1/s], positive.
-        max_speed: [m/s], positive.
-        max_turn_rate: [rad/s], positive.
+        max_speed: highest speed [m/s], positive.
+        max_turn_rate: highest turn rate [rad/s], positive.
         alignment: the heading error [rad] at which driving stops and only
             turning is left, in (0, pi].
-        search_turn_rate: while there is nowhere to drive to [rad/s],
-            positive.
+        search_turn_rate: turn rate while there is nowhere to drive to
+            [rad/s], positive.
     """
 
     linear_gain: float = 1.5
@@ -34,21 +34,15 @@ class ControllerParameters:
     search_turn_rate: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in (
+        positive(
+            self,
             "linear_gain",
             "angular_gain",
             "max_speed",
             "max_turn_rate",
             "search_turn_rate",
-        ):
-            value = getattr(self, name)
-            require(0 < value < math.inf, name, value, "finite and positive")
-        require(
-            0 < self.alignment <= math.pi,
-            "alignment",
-            self.alignment,
-            "(0, pi]",
         )
+        within(self, "(0, pi]", "alignment")
 
 
 def drive_to(

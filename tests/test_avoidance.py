@@ -9,18 +9,19 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from drake_mobarm.driving.gaps import (
-    fill_missing,
     free_along,
     free_around,
     free_length,
     unit,
 )
+from drake_mobarm.driving.scan import fill_missing
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.avoidance import (
     AvoidanceParameters,
     AvoidanceState,
+    Follow,
     initial_state,
     update,
 )
@@ -28,7 +29,8 @@ from drake_mobarm.sensors.lidar import cast_rays
 from drake_mobarm.world.obstacles import clearance, outlines_to_segments
 
 PARAMETERS = AvoidanceParameters()
-FREE = np.full(360, 12.0)
+RANGE_MAX = 12.0
+FREE = np.full(360, RANGE_MAX)
 STILL = (0.0, 0.0)
 
 
@@ -40,7 +42,7 @@ def box(x_min: float, x_max: float, y_min: float, y_max: float) -> Array:
 
 def scan(boxes: list[Array], pose: ArrayLike) -> Array:
     starts, ends = outlines_to_segments(boxes)
-    return np.minimum(cast_rays(starts, ends, pose, 360), 12.0)
+    return np.minimum(cast_rays(starts, ends, pose, 360), RANGE_MAX)
 
 
 def first_update(
@@ -49,7 +51,13 @@ def first_update(
     pose: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> AvoidanceState:
     return update(
-        initial_state(), pose, target, scan(boxes, pose), STILL, PARAMETERS
+        initial_state(),
+        pose,
+        target,
+        scan(boxes, pose),
+        STILL,
+        RANGE_MAX,
+        PARAMETERS,
     )
 
 
@@ -72,8 +80,12 @@ def drive(
     state, measured = initial_state(), np.zeros(2)
     path, states = [pose.copy()], []
     for _ in range(int(10 * seconds)):
-        ranges = np.clip(scan(seen, pose) + rng.normal(0, 0.01, 360), 0, 12)
-        state = update(state, pose, target, ranges, measured, PARAMETERS)
+        ranges = np.clip(
+            scan(seen, pose) + rng.normal(0, 0.01, 360), 0, RANGE_MAX
+        )
+        state = update(
+            state, pose, target, ranges, measured, RANGE_MAX, PARAMETERS
+        )
         states.append(state)
         for _ in range(5):
             wanted = (
@@ -102,7 +114,7 @@ def drive(
 
 def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
     state = update(
-        initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL, PARAMETERS
+        initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL, RANGE_MAX, PARAMETERS
     )
     np.testing.assert_allclose(state.waypoint, (4, 3))
     assert state.speed_limit == PARAMETERS.max_speed
@@ -155,11 +167,11 @@ def test_unseen_things_are_backed_off_from_and_gone_round() -> None:
     path, states = drive([box(9, 9.1, -9, 9)], (4, 0), unseen=[table])
     assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
     assert any(s.speed_limit < 0 for s in states)
-    phantoms = states[-1].phantoms
-    assert clearance([table], phantoms[:3]).max() < 0.05
+    touched = states[-1].touched
+    assert clearance([table], touched[:3]).max() < 0.05
     assert clearance([table], path[:, :2]).min() > 0.26
     # No two touches at one place: each one closes its way.
-    touches = phantoms[1::3]
+    touches = touched[1::3]
     for index, touch in enumerate(touches):
         others = np.delete(touches, index, axis=0)
         assert np.all(np.linalg.norm(others - touch, axis=1) > 0.1)
@@ -169,16 +181,20 @@ def test_a_stall_backs_off_and_closes_that_direction() -> None:
     state = initial_state()
     rules = []
     for _ in range(30):
-        state = update(state, (0, 0, 0), (4, 0), FREE, STILL, PARAMETERS)
+        state = update(
+            state, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS
+        )
         rules.append(state.rule)
-        if state.phantoms.size and state.backing == 0:
+        if state.touched.size and state.recovery.backing == 0:
             break
     assert rules[:5] == ["target"] * 5
     assert set(rules[5:]) == {"back"}
-    state = update(state, (-0.2, 0, 0), (4, 0), FREE, (0.1, 0), PARAMETERS)
+    state = update(
+        state, (-0.2, 0, 0), (4, 0), FREE, (0.1, 0), RANGE_MAX, PARAMETERS
+    )
     free = free_length(
         float(np.arctan2(state.waypoint[1], state.waypoint[0] + 0.2)),
-        state.phantoms + np.array([0.2, 0]),
+        state.touched + np.array([0.2, 0]),
         PARAMETERS.radius,
     )
     assert free == np.inf
@@ -190,7 +206,13 @@ def test_backing_off_stops_before_what_is_seen_behind() -> None:
     state = initial_state()
     for _ in range(10):
         state = update(
-            state, (0, 0, 0), (4, 0), scan([wall], (0, 0, 0)), STILL, PARAMETERS
+            state,
+            (0, 0, 0),
+            (4, 0),
+            scan([wall], (0, 0, 0)),
+            STILL,
+            RANGE_MAX,
+            PARAMETERS,
         )
         assert state.speed_limit >= 0
 
@@ -199,7 +221,13 @@ def test_standing_and_turning_in_place_is_no_stall() -> None:
     state = initial_state()
     for _ in range(50):
         state = update(
-            state, (0, 0, np.pi / 2), (4, 0), FREE, (0, -1), PARAMETERS
+            state,
+            (0, 0, np.pi / 2),
+            (4, 0),
+            FREE,
+            (0, -1),
+            RANGE_MAX,
+            PARAMETERS,
         )
         assert state.rule == "target"
 
@@ -208,7 +236,7 @@ def test_turning_in_place_that_does_not_turn_is_a_stall() -> None:
     state = initial_state()
     for _ in range(PARAMETERS.stall_updates + 2):
         state = update(
-            state, (0, 0, np.pi / 2), (4, 0), FREE, STILL, PARAMETERS
+            state, (0, 0, np.pi / 2), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS
         )
     assert state.rule == "back"
 
@@ -218,16 +246,22 @@ def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
     ranges = scan(wall, (0, 0, 0))
     whole = first_update(wall, (4, 0))
     ranges[::3] = np.nan
-    some = update(initial_state(), (0, 0, 0), (4, 0), ranges, STILL, PARAMETERS)
+    some = update(
+        initial_state(), (0, 0, 0), (4, 0), ranges, STILL, RANGE_MAX, PARAMETERS
+    )
     np.testing.assert_allclose(some.waypoint, whole.waypoint, atol=0.15)
     ranges[:181] = np.nan
-    most = update(whole, (0, 0, 0), (4, 0), ranges, STILL, PARAMETERS)
+    most = update(
+        whole, (0, 0, 0), (4, 0), ranges, STILL, RANGE_MAX, PARAMETERS
+    )
     assert most.speed_limit == 0.0
 
 
 @pytest.mark.parametrize("target", [(np.nan, 0.0), (np.inf, 0.0)])
 def test_a_target_that_is_not_finite_stops(target: tuple[float, float]) -> None:
-    state = update(initial_state(), (0, 0, 0), target, FREE, STILL, PARAMETERS)
+    state = update(
+        initial_state(), (0, 0, 0), target, FREE, STILL, RANGE_MAX, PARAMETERS
+    )
     assert state.speed_limit == 0.0
     assert np.isfinite(state.waypoint).all()
 
@@ -268,6 +302,7 @@ def test_a_mirrored_scene_gives_the_mirrored_waypoint(
             (5, side * (y + 0.0137)),
             seen,
             STILL,
+            RANGE_MAX,
             PARAMETERS,
         )
         for side, seen in ((1, ranges), (-1, mirrored))
@@ -290,6 +325,7 @@ def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
             target,
             scan([pillar], (0, 0, 0)),
             (0.2, 0),
+            RANGE_MAX,
             AvoidanceParameters(patience=1000),
         )
         sides.add(np.sign(state.waypoint[1]))
@@ -298,8 +334,8 @@ def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
 
 def test_state_is_not_changed_by_an_update() -> None:
     before = initial_state()
-    update(before, (0, 0, 0), (4, 0), FREE, STILL, PARAMETERS)
-    assert before.ground.size == 0
+    update(before, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS)
+    assert before.visited.size == 0
     assert before.target is None
 
 
@@ -356,10 +392,27 @@ def test_without_a_gain_the_boundary_is_followed_on_one_side() -> None:
     ranges = scan([pillar], (0, 0, 0))
     state, rules, sides = initial_state(), [], set()
     for _ in range(90):
-        state = update(state, (0, 0, 0), (6, 0), ranges, (0.2, 0), PARAMETERS)
+        state = update(
+            state, (0, 0, 0), (6, 0), ranges, (0.2, 0), RANGE_MAX, PARAMETERS
+        )
         rules.append(state.rule)
-        sides.add(state.side)
+        sides.add(state.mode.side if isinstance(state.mode, Follow) else 0)
     first = rules.index("follow")
     assert PARAMETERS.patience <= first <= PARAMETERS.patience + 5
     assert set(rules[:first]) == {"gap"}
     assert len(sides - {0}) == 1
+
+
+@pytest.mark.parametrize(
+    ("range_max", "rule"), [(5.0, "target"), (12.0, "gap")]
+)
+def test_only_a_range_below_the_lidars_longest_is_a_thing(
+    range_max: float, rule: str
+) -> None:
+    # In front 5 m everywhere: nothing there, or a round wall before (7, 0).
+    ranges = np.full(360, range_max)
+    ranges[90:271] = 5.0
+    state = update(
+        initial_state(), (0, 0, 0), (7, 0), ranges, STILL, range_max, PARAMETERS
+    )
+    assert state.rule == rule

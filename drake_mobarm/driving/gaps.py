@@ -1,6 +1,8 @@
-"""What a round robot sees of a scan: free corridors, and gaps between things.
+"""Free corridors and gaps for a round robot among points.
 
-All points and angles are relative to the robot's centre, in any fixed axes.
+A corridor is what a disc sweeps as it goes straight; a gap is an opening
+beside a thing. All points and directions are relative to the robot's centre,
+in any fixed axes.
 """
 
 import math
@@ -17,12 +19,13 @@ _SHRINK = 0.98
 
 @dataclass(frozen=True)
 class Gaps:
-    """Ways past the edges of things, (n,) each.
+    """Gaps beside the edges of things.
 
     Attributes:
-        angles: directions that just pass the edge [rad].
-        lengths: how far to go until past it [m].
-        sides: where the thing is: +1 to the right, -1 to the left.
+        angles: directions that just pass the edges [rad], (n,).
+        lengths: how far to go until past the edges [m], (n,).
+        sides: where the things are, (n,): +1 to the right of the way, -1 to
+            the left.
     """
 
     angles: Array
@@ -37,15 +40,6 @@ class Gaps:
 def unit(angles: Array | float) -> Array:
     """Unit vectors, (..., 2), along angles (...) [rad]."""
     return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
-
-
-def fill_missing(ranges: Array) -> Array:
-    """Ranges (n,) [m], with NaN interpolated from the rays beside it."""
-    missing = np.isnan(ranges)
-    if not missing.any():
-        return ranges
-    ray = np.arange(ranges.size)
-    return np.interp(ray, ray[~missing], ranges[~missing], period=ranges.size)
 
 
 def free_length(angle: float, points: Array, radius: float) -> float:
@@ -63,7 +57,16 @@ def free_length(angle: float, points: Array, radius: float) -> float:
 
 
 def blocking_point(angle: float, points: Array, radius: float) -> Array | None:
-    """The point [m], (2,), that a disc going along `angle` meets first."""
+    """The point that a disc meets first.
+
+    Args:
+        angle: direction [rad].
+        points: obstacle points [m], (n, 2).
+        radius: the disc's [m].
+
+    Returns:
+        The point [m], (2,), or None where nothing is met.
+    """
     lengths, met = _lengths(angle, points, radius)
     if not lengths.size:
         return None
@@ -146,6 +149,9 @@ def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
         free: free lengths along them [m], (m,).
         jump: the least jump [m].
         past: how far beyond the edge a gap's place lies [m].
+
+    Returns:
+        The gaps: those with the thing to the right first.
     """
     after = np.roll(free, -1)
     following = np.roll(angles, -1)

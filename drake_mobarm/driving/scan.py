@@ -1,118 +1,110 @@
-"""What is around a robot with a lidar, and driving carefully in it."""
+"""A lidar's scan as points around a robot, with how far it may go there."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
-from drake_mobarm.driving.gaps import (
-    fill_missing,
-    free_length,
-    unit,
-)
+from drake_mobarm.driving.gaps import free_length, unit
 from drake_mobarm.geometry import Array
-from drake_mobarm.homing.avoidance_state import (
-    AvoidanceParameters,
-    AvoidanceState,
-)
 from drake_mobarm.sensors.lidar import ray_angles
+
+# A range this near to the lidar's longest [m] is "no return": five times the
+# noise of a range.
+_NO_RETURN = 0.05
 
 
 @dataclass(frozen=True)
-class View:
-    """What is around the robot now, relative to its centre, in W's axes."""
+class Scan:
+    """What the lidar sees now, as points relative to the robot's centre B.
+
+    The points are in the robot's place but in W's axes (p_BP_W), so that
+    directions are angles in W.
+
+    Attributes:
+        position: p_WB of the robot's centre [m], (2,).
+        yaw: of the robot in W [rad].
+        range_max: the longest range of the lidar [m].
+        seen: p_BP_W of the points that the lidar sees [m], (n, 2).
+        points: p_BP_W of all points to keep clear of [m], (n + m, 2): those
+            seen, then those remembered.
+    """
 
     position: Array
     yaw: float
+    range_max: float
     seen: Array
     points: Array
-    target: Array
-    distance: float
-    bearing: float
-    radius: float
-    tight_radius: float
-    tolerance: float
+
+    @classmethod
+    def from_ranges(
+        cls,
+        position: Array,
+        yaw: float,
+        ranges: Array,
+        range_max: float,
+        remembered: Array,
+    ) -> Self:
+        """The scan that a lidar at the robot's centre reports.
+
+        Args:
+            position: p_WB of the robot's centre [m], (2,).
+            yaw: of the robot in W [rad].
+            ranges: [m], (rays,), in the order of `ray_angles`; NaN where a
+                range is missing.
+            range_max: the longest range of the lidar [m], which it reports
+                where nothing is met.
+            remembered: p_WP of points known from elsewhere [m], (m, 2).
+        """
+        distances = fill_missing(ranges)
+        returned = distances < range_max - _NO_RETURN
+        angles = yaw + ray_angles(ranges.size)[returned]
+        seen = distances[returned, None] * unit(angles)
+        points = np.vstack([seen, remembered - position])
+        return cls(position, yaw, range_max, seen, points)
+
+    def free_length(self, angle: float, radius: float) -> float:
+        """How far a disc can go before it meets a point [m].
+
+        Args:
+            angle: direction in W [rad].
+            radius: of the disc [m].
+        """
+        return free_length(angle, self.points, radius)
+
+    def clearance(self, radius: float, behind: float) -> float:
+        """Distance from a disc at the centre to the nearest point seen [m].
+
+        Args:
+            radius: of the disc [m].
+            behind: how far behind the centre a point still counts [m].
+        """
+        counted = self.seen[self.seen @ unit(self.yaw) > -behind]
+        return float(lengths(counted).min(initial=np.inf)) - radius
 
 
-def look(
-    state: AvoidanceState,
-    position: Array,
-    yaw: float,
-    scan: Array,
-    parameters: AvoidanceParameters,
-) -> View:
-    """The view of a scan.
+def fill_missing(ranges: Array) -> Array:
+    """Replaces missing ranges by interpolation between the rays beside them.
 
     Args:
-        state: with the target and what was felt and not seen.
-        position: p_WB [m], (2,).
-        yaw: of the base [rad].
-        scan: ranges [m], (rays,), in the order of `ray_angles`.
-        parameters: of the rules.
+        ranges: of a full turn [m], (rays,), NaN where missing.
+
+    Returns:
+        Ranges [m], (rays,).
     """
-    distances = fill_missing(scan)
-    returned = distances < parameters.range_max - 0.05
-    angles = yaw + ray_angles(scan.size)[returned]
-    seen = distances[returned, None] * unit(angles)
-    assert state.target is not None
-    target = state.target - position
-    distance = length(target)
-    margin = parameters.tight_margin if state.tight else parameters.margin
-    return View(
-        position=position,
-        yaw=yaw,
-        seen=seen,
-        points=np.vstack([seen, state.phantoms - position]),
-        target=target,
-        distance=distance,
-        bearing=float(np.arctan2(target[1], target[0])),
-        radius=parameters.radius + margin,
-        tight_radius=parameters.radius + parameters.tight_margin,
-        # The estimate errs more from afar, and may then lie inside things.
-        tolerance=min(0.25 + 0.15 * distance, distance),
-    )
-
-
-def drive(
-    state: AvoidanceState,
-    view: View,
-    way: Array,
-    parameters: AvoidanceParameters,
-) -> AvoidanceState:
-    """Sets the waypoint, and a speed to stop from before what is seen."""
-    bearing = float(np.arctan2(way[1], way[0]))
-    room = min(
-        free_ahead(view, bearing, view.tight_radius),
-        free_ahead(view, view.yaw, view.tight_radius) - 0.03,
-    )
-    stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
-    return replace(
-        state,
-        waypoint=view.position + way,
-        speed_limit=min(float(stopping), _careful_speed(view, parameters)),
-    )
-
-
-def _careful_speed(view: View, parameters: AvoidanceParameters) -> float:
-    """Slower beside things: they may reach farther out than is seen."""
-    ahead = view.seen[view.seen @ unit(view.yaw) > -0.1]
-    gap = float(lengths(ahead).min(initial=np.inf)) - view.tight_radius
-    share = min(max(gap / parameters.care_distance, 0.0), 1.0)
-    return parameters.care_speed + share * (
-        parameters.max_speed - parameters.care_speed
-    )
-
-
-def free_ahead(view: View, angle: float, radius: float) -> float:
-    """How far [m] a disc of a radius [m] can go at an angle in W [rad]."""
-    return free_length(angle, view.points, radius)
+    missing = np.isnan(ranges)
+    if not missing.any():
+        return ranges
+    ray = np.arange(ranges.size)
+    return np.interp(ray, ray[~missing], ranges[~missing], period=ranges.size)
 
 
 def length(vector: Array) -> float:
-    """Of a vector (2,)."""
+    """The length of a vector, (2,)."""
     return float(np.hypot(vector[0], vector[1]))
 
 
 def lengths(vectors: Array) -> Array:
-    """Of vectors (n, 2), (n,)."""
+    """The lengths (n,) of vectors, (n, 2)."""
     hypotenuses: Array = np.hypot(vectors[:, 0], vectors[:, 1])
     return hypotenuses

@@ -1,50 +1,58 @@
-"""Parameters and memory of the obstacle avoidance in `avoidance`."""
+"""Parameters and memory of the obstacle avoidance rules in `avoidance`."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import positive, require, within
+from drake_mobarm.driving.careful_speed import CareParameters
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 
 
 @dataclass(kw_only=True)
 class AvoidanceParameters:
-    """Sizes and patience of the rules; the dissertation gives no values.
+    """Parameters of the rules; the dissertation gives no values.
+
+    All are finite and positive.
 
     Attributes:
         radius: of the robot [m].
-        margin: kept free around it [m].
-        tight_margin: the same where there is no other way [m].
-        range_max: the lidar's; a range as long means "no return" [m].
-        max_speed: [m/s].
-        deceleration: to stop before a seen thing [m/s^2].
-        care_speed: right beside seen things [m/s].
-        care_distance: gap to them from which there is no need [m].
-        jump: of the free length that makes a gap [m].
-        hysteresis: by how much a new gap's way must be shorter [m].
-        blocked_cost: of a way that seen things block [m].
+        margin: clearance kept around it [m].
+        tight_margin: clearance kept where there is no other way [m], up to
+            `margin`.
+        max_speed: where nothing is near [m/s].
+        deceleration: to stop before a thing that is seen [m/s^2].
+        care_speed: right beside things that are seen [m/s].
+        care_distance: clearance to them from which `max_speed` is allowed
+            [m].
+        jump: of the free length from one direction to the next that makes a
+            gap [m].
+        hysteresis: by how much the way through another gap has to be shorter
+            [m].
+        blocked_cost: of a way that seen things block behind the gap [m].
         slack_cost: of a way that bends away from the thing it passes [m].
-        side_cost: of passing a thing on the other side than planned [m].
+        side_cost: of passing a thing on the other side than before [m].
         turn_cost: of turning towards a gap [m/rad].
-        smoothing: share of a new target estimate that is taken at once.
-        patience: updates without a gain until a boundary is followed.
-        boxed_updates: at one place until it counts as boxed in.
-        gain: by how much a boundary's end must be nearer [m].
+        smoothing: share of a new target estimate that is taken at once [-],
+            up to 1.
+        patience: updates without a gain until a boundary is followed [-].
+        boxed_updates: updates at one place until the robot counts as boxed
+            in [-].
+        gain: by how much nearer to the target than ever before a boundary is
+            left for [m].
         lookahead: free length that counts as open along a boundary [m].
-        first_leg: way along a boundary until turning back [m].
-        stall_speed: a measured speed that counts as standing [m/s].
-        stall_turn_rate: a measured turn rate that counts as standing [rad/s].
-        stall_updates: updates of standing that make a stall.
+        first_leg: way along a boundary until the robot turns back [m].
+        stall_speed: measured speed below which the robot stands [m/s].
+        stall_turn_rate: measured turn rate above which it turns [rad/s].
+        stall_updates: updates of standing that make a stall [-].
         back_speed: of backing off [m/s].
-        back_updates: updates of backing off.
+        back_updates: updates of backing off [-].
     """
 
     radius: float = 0.27
     margin: float = 0.045
     tight_margin: float = 0.015
-    range_max: float = 12.0
     max_speed: float = 1.0
     deceleration: float = 0.8
     care_speed: float = 0.4
@@ -68,24 +76,23 @@ class AvoidanceParameters:
     back_updates: int = 12
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            require(
-                0 < value < np.inf,
-                name,
-                value,
-                "finite and positive",
-            )
-        require(
-            self.smoothing <= 1,
-            "smoothing",
-            self.smoothing,
-            "in (0, 1]",
-        )
+        positive(self, *vars(self))
+        within(self, "(0, 1]", "smoothing")
         require(
             self.tight_margin <= self.margin,
             "tight_margin",
             self.tight_margin,
-            "up to `margin`",
+            f"up to margin, {self.margin}",
+        )
+
+    @property
+    def care(self) -> CareParameters:
+        """Those of the careful speed."""
+        return CareParameters(
+            max_speed=self.max_speed,
+            deceleration=self.deceleration,
+            care_speed=self.care_speed,
+            care_distance=self.care_distance,
         )
 
 
@@ -94,61 +101,140 @@ def no_points() -> Array:
     return np.empty((0, 2))
 
 
-@dataclass(frozen=True)
-class AvoidanceState(Immutable):
-    """What the rules decided, and the little that they remember.
+@dataclass(frozen=True, eq=False)
+class ChosenGap:
+    """The gap that the robot heads for.
 
     Attributes:
-        waypoint: to drive to, in W [m], (2,).
+        place: p_WG, just past the edge of the thing that it passes [m], (2,).
+        side: where that thing is: +1 to the right, -1 to the left.
+    """
+
+    place: Array
+    side: int
+
+
+@dataclass(frozen=True, eq=False)
+class Seek:
+    """State "seek": heading for the target, or for the best gap on the way.
+
+    Attributes:
+        gap: the gap headed for; None while heading for the target itself.
+        shortest_way: to the target, of all found since the last boundary or
+            since the target's corridor was free [m].
+        idle: updates without a gain [-]. New ground and a shorter way are
+            gains.
+    """
+
+    gap: ChosenGap | None = None
+    shortest_way: float = np.inf
+    idle: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Follow:
+    """State "follow": following the boundary of an obstacle on one side.
+
+    Attributes:
+        side: where the boundary is: +1 to the right, -1 to the left.
+        position: p_WB at the last update [m], (2,).
+        leg: way along the boundary until the robot turns back [m]; infinite
+            after it has.
+        followed: way along the boundary, since turning back if it has [m].
+        edge: p_WE, the boundary's point that limits the way [m], (2,); None
+            before one is known.
+    """
+
+    side: int
+    position: Array
+    leg: float
+    followed: float = 0.0
+    edge: Array | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Leave:
+    """State "leave": heading for a place near the target, off a boundary.
+
+    Attributes:
+        exit: p_WQ, that place [m], (2,).
+    """
+
+    exit: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Meeting:
+    """Where and how the last boundary was met.
+
+    Attributes:
+        place: p_WB there [m], (2,).
+        side: on which side the boundary was followed first: +1 with the
+            boundary to the right, -1 to the left.
+        repeats: how often the robot has come back to the same boundary [-].
+    """
+
+    place: Array
+    side: int
+    repeats: int = 0
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """Recovery from touching something that the lidar does not see.
+
+    Attributes:
+        standing: updates for which the robot was to move and stood [-]; it
+            falls by one with each update that moves.
+        backing: updates of backing off that are left [-].
+    """
+
+    standing: int = 0
+    backing: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Stay:
+    """How long the robot has been at one place.
+
+    Attributes:
+        place: p_WB at the first update there [m], (2,).
+        updates: since then [-].
+    """
+
+    place: Array
+    updates: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class AvoidanceState(Immutable):
+    """What the rules decided last, and what they remember.
+
+    Attributes:
+        waypoint: p_WQ to drive to [m], (2,).
         speed_limit: [m/s]; negative: back straight off at that speed.
-        rule: the rule that decided.
-        target: the smoothed target in W [m], (2,).
-        gap: the gap headed for, in W [m], (2,).
-        gap_side: of the thing it passes: +1 to the right, -1 to the left.
-        ground: places visited in W [m], (n, 2), half a metre apart.
-        phantoms: unseen things touched, in W [m], (n, 2).
-        idle: updates without a gain.
-        promise: the shortest way found since the last boundary [m].
-        side: of the boundary: +1 to the right, -1 to the left, 0 for none.
-        boundary: its point that limits the way, in W [m], (2,).
-        exit: the place where a boundary is left for, in W [m], (2,).
-        hit: where the last boundary was met, in W [m], (2,).
-        hit_side: the side chosen there.
-        repeats: how often it came back to that place.
-        followed: way along the boundary [m].
-        leg: way along it until turning back [m].
-        tight: whether narrower gaps are tried.
-        stalled: updates of standing.
-        backing: updates of backing off that are left.
-        previous: the last position in W [m], (2,).
-        anchor: a place that it did not leave since, in W [m], (2,).
-        stay: updates spent there.
+        rule: the name of the rule that decided.
+        mode: the state: seek, follow or leave, with its memory.
+        recovery: from touching something unseen.
+        stay: at one place; None before the first update.
+        meeting: with the last boundary; None before the first.
+        target: p_WT, the smoothed estimate [m], (2,).
+        visited: p_WB of places visited [m], (n, 2).
+        touched: p_WP of unseen things that were touched [m], (n, 2).
+        tight: whether the clearance kept is `tight_margin`.
     """
 
     waypoint: Array
     speed_limit: float
     rule: str = "wait"
+    mode: Seek | Follow | Leave = field(default_factory=Seek)
+    recovery: Recovery = field(default_factory=Recovery)
+    stay: Stay | None = None
+    meeting: Meeting | None = None
     target: Array | None = None
-    gap: Array | None = None
-    gap_side: int = 0
-    ground: Array = field(default_factory=no_points)
-    phantoms: Array = field(default_factory=no_points)
-    idle: int = 0
-    promise: float = np.inf
-    side: int = 0
-    boundary: Array | None = None
-    exit: Array | None = None
-    hit: Array | None = None
-    hit_side: int = 0
-    repeats: int = 0
-    followed: float = 0.0
-    leg: float = np.inf
+    visited: Array = field(default_factory=no_points)
+    touched: Array = field(default_factory=no_points)
     tight: bool = False
-    stalled: int = 0
-    backing: int = 0
-    previous: Array | None = None
-    anchor: Array | None = None
-    stay: int = 0
 
 
 def initial_state() -> AvoidanceState:

@@ -1,4 +1,4 @@
-"""Homing as LeafSystems: estimators, obstacle avoidance, controller.
+"""Homing as LeafSystems: estimators and obstacle avoidance.
 
 Estimators and avoidance run a little after the sensors have sampled, so that
 a reading and the odometry seen with it are of the same instant.
@@ -11,11 +11,11 @@ import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.geometry import Array, transform_points
 from drake_mobarm.homing import avoidance, hybrid
 from drake_mobarm.homing import filter as target_filter
 from drake_mobarm.sensors.beacon import BeaconNoise
+from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.rssi import RssiModel
 from drake_mobarm.signals import (
     BaseVelocity,
@@ -207,7 +207,7 @@ class StraightToTarget(LeafSystem):
 
 
 class ObstacleAvoidance(LeafSystem):
-    """Leads round obstacles to the target by rules on each lidar scan.
+    """Leads around obstacles to the target, by rules on each lidar scan.
 
     .. pydrake_system::
 
@@ -230,20 +230,19 @@ class ObstacleAvoidance(LeafSystem):
 
     Args:
         parameters: of the rules.
-        rays: in a scan.
-        rate: scans a second [Hz].
+        lidar: whose ranges these are.
         delay: after the lidar's samples [s].
     """
 
     def __init__(
         self,
         parameters: avoidance.AvoidanceParameters,
-        rays: int,
-        rate: float,
+        lidar: LidarParameters,
         delay: float,
     ) -> None:
         super().__init__()
         self._parameters = parameters
+        self._range_max = lidar.range_max
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
@@ -253,14 +252,14 @@ class ObstacleAvoidance(LeafSystem):
         self._target = self.DeclareVectorInputPort(
             "estimated_target", size(TargetEstimate)
         )
-        self._ranges = self.DeclareVectorInputPort("lidar_ranges", rays)
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
         self._memory = self.DeclareAbstractState(
             Value(avoidance.initial_state())
         )
         self._waypoint = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
         self.DeclareStateOutputPort("waypoint", self._waypoint)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
-            1 / rate, delay, self._update
+            1 / lidar.rate, delay, self._update
         )
 
     def _update(self, context: Context, state: State) -> None:
@@ -273,63 +272,10 @@ class ObstacleAvoidance(LeafSystem):
             target[:2],
             self._ranges.Eval(context),
             self._velocity.Eval(context),
+            self._range_max,
             self._parameters,
         )
         state.get_mutable_abstract_state(int(self._memory)).set_value(memory)
         state.get_mutable_discrete_state().set_value(
             self._waypoint, [*memory.waypoint, memory.speed_limit]
-        )
-
-
-class HomingController(LeafSystem):
-    """Drives to the waypoint by proportional control, and halts on arrival.
-
-    Without a waypoint it turns on the spot, for the antenna to look around.
-
-    .. pydrake_system::
-
-        name: HomingController
-        input_ports:
-        - measured_base_pose
-        - waypoint
-        - arrived
-        output_ports:
-        - commanded_base_velocity
-
-    - measured_base_pose (3): PlanarPose in W.
-    - waypoint (3): Waypoint in W.
-    - arrived (1): 1 to halt.
-    - commanded_base_velocity (2): BaseVelocity in B.
-
-    Direct feedthrough.
-    """
-
-    def __init__(self, parameters: ControllerParameters) -> None:
-        super().__init__()
-        self._parameters = parameters
-        self._pose = self.DeclareVectorInputPort(
-            "measured_base_pose", size(PlanarPose)
-        )
-        self._waypoint = self.DeclareVectorInputPort("waypoint", size(Waypoint))
-        self._arrived = self.DeclareVectorInputPort("arrived", 1)
-        self.DeclareVectorOutputPort(
-            "commanded_base_velocity", size(BaseVelocity), self._calc
-        )
-
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._command(context))
-
-    def _command(self, context: Context) -> tuple[float, float]:
-        if self._arrived.Eval(context)[0] > 0.5:
-            return 0.0, 0.0
-        waypoint = Waypoint(self._waypoint.Eval(context))
-        if not np.isfinite(waypoint[:2]).all():
-            return 0.0, self._parameters.search_turn_rate
-        if waypoint.speed_limit < 0:
-            return waypoint.speed_limit, 0.0
-        return drive_to(
-            self._pose.Eval(context),
-            waypoint[:2],
-            self._parameters,
-            waypoint.speed_limit,
         )

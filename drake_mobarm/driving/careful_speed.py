@@ -1,0 +1,67 @@
+"""The speed at which a robot can stop before, and pass beside, what it sees."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from drake_mobarm.checks import positive
+from drake_mobarm.driving.scan import Scan
+
+# What the robot keeps free straight ahead while its heading is not yet that
+# of its way [m]: it turns towards the way as it drives.
+_TURNING_RESERVE = 0.03
+# Things up to here behind the centre [m] count as beside the robot.
+_BESIDE = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class CareParameters:
+    """How fast to drive among things.
+
+    Attributes:
+        max_speed: where nothing is near [m/s], positive.
+        deceleration: to stop before a thing ahead [m/s^2], positive.
+        care_speed: right beside things [m/s], positive.
+        care_distance: clearance to things beside from which `max_speed` is
+            allowed [m], positive.
+    """
+
+    max_speed: float
+    deceleration: float
+    care_speed: float
+    care_distance: float
+
+    def __post_init__(self) -> None:
+        positive(
+            self, "max_speed", "deceleration", "care_speed", "care_distance"
+        )
+
+
+def careful_speed(
+    scan: Scan, angle: float, radius: float, parameters: CareParameters
+) -> float:
+    """The highest speed that is careful enough [m/s].
+
+    Args:
+        scan: what is around the robot.
+        angle: direction in W that the robot is to drive in [rad].
+        radius: of the disc about the robot that has to stay free [m].
+        parameters: how fast to drive among things.
+    """
+    room = min(
+        scan.free_length(angle, radius),
+        scan.free_length(scan.yaw, radius) - _TURNING_RESERVE,
+    )
+    stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
+    return min(float(stopping), _speed_beside(scan, radius, parameters))
+
+
+def _speed_beside(
+    scan: Scan, radius: float, parameters: CareParameters
+) -> float:
+    """Slower beside things: they may reach farther out than is seen."""
+    clearance = scan.clearance(radius, behind=_BESIDE)
+    share = min(max(clearance / parameters.care_distance, 0.0), 1.0)
+    return parameters.care_speed + share * (
+        parameters.max_speed - parameters.care_speed
+    )

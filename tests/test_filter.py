@@ -6,20 +6,20 @@ from scipy.optimize import least_squares
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.homing.filter import (
+    FilterEstimator,
     FilterParameters,
     FilterState,
-    arrived,
     deviation,
-    estimate,
-    initial_state,
-    update,
 )
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 
 TARGET = np.array([3.0, 1.0])
 PARAMETERS = FilterParameters()
-MILD = NOISE_CONFIGURATIONS[2]
-WORST = NOISE_CONFIGURATIONS[5]
+LAWS = {
+    configuration: FilterEstimator(PARAMETERS, noise)
+    for configuration, noise in NOISE_CONFIGURATIONS.items()
+}
+MILD, WORST = LAWS[2], LAWS[5]
 
 
 def readings(configuration, path, seed, target=TARGET):
@@ -35,10 +35,10 @@ def readings(configuration, path, seed, target=TARGET):
     return bearing, np.maximum(distance, 0.05)
 
 
-def run(noise, path, bearing, distance):
-    state = initial_state()
+def run(law, path, bearing, distance):
+    state = law.initial_state()
     for reading in zip(path, bearing, distance, strict=True):
-        state = update(state, *reading, noise, PARAMETERS)
+        state = law.update(state, *reading)
     return state
 
 
@@ -53,23 +53,23 @@ def still(n):
 
 
 def test_nothing_is_known_before_a_reading():
-    state = initial_state()
-    assert estimate(state) is None
+    state = WORST.initial_state()
+    assert WORST.estimate(state) is None
     assert deviation(state) == math.inf
-    assert not arrived(state, [0, 0], PARAMETERS)
+    assert not WORST.arrived(state, [0, 0])
 
 
 def test_the_first_reading_puts_the_target_amid_all_that_may_be():
     # 4 m read: 3 / 1.2 = 2.5 m to 5 / 0.8 = 6.25 m, the middle 4.375 m.
-    state = update(initial_state(), [1, 0], math.pi / 2, 4.0, WORST, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [1, 4.375])
+    state = WORST.update(WORST.initial_state(), [1, 0], math.pi / 2, 4.0)
+    np.testing.assert_allclose(WORST.estimate(state), [1, 4.375])
     assert deviation(state) >= 1.875
 
 
 def test_a_first_reading_that_is_clipped_starts_no_nearer_than_nothing():
     # 0.05 m read: 0 m to 1.05 / 0.8 = 1.3125 m.
-    state = update(initial_state(), [0, 0], 0.0, 0.05, WORST, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [0.65625, 0])
+    state = WORST.update(WORST.initial_state(), [0, 0], 0.0, 0.05)
+    np.testing.assert_allclose(WORST.estimate(state), [0.65625, 0])
 
 
 @pytest.mark.parametrize("bearing", [0.0, 0.8])
@@ -83,7 +83,7 @@ def test_one_near_reading_leaves_a_wide_belief_no_surer_than_bayes(
         covariance=np.eye(2) * sigma**2,
         p_WA=np.zeros(2),
     )
-    after = update(state, [0, 0], bearing, distance, WORST, PARAMETERS)
+    after = WORST.update(state, [0, 0], bearing, distance)
     # Bayes' rule with this filter's two Gaussian noises, by random targets.
     rng = np.random.default_rng(0)
     targets = state.position + sigma * rng.normal(size=(40000, 2))
@@ -118,7 +118,7 @@ def test_the_estimate_is_that_of_batch_least_squares():
 
         batch = least_squares(residuals, TARGET).x
         state = run(MILD, path, bearing, distance)
-        errors.append(np.linalg.norm(estimate(state) - batch))
+        errors.append(np.linalg.norm(MILD.estimate(state) - batch))
     assert np.mean(errors) < 0.01
     assert np.max(errors) < 0.02
 
@@ -139,7 +139,7 @@ def test_deviation_falls_with_the_root_of_the_readings():
 @pytest.mark.parametrize("configuration", [1, 3, 5])
 def test_the_deviation_is_honest(configuration):
     # The squared error over the covariance averages 2 where it is.
-    noise = NOISE_CONFIGURATIONS[configuration]
+    law = LAWS[configuration]
     path = arc(40)
     errors = []
     for seed in range(45):
@@ -147,8 +147,8 @@ def test_the_deviation_is_honest(configuration):
         target = rng.uniform(-4, 4, 2)
         if np.linalg.norm(target - path, axis=1).min() < 0.5:
             continue
-        state = run(noise, path, *readings(configuration, path, seed, target))
-        error = estimate(state) - target
+        state = run(law, path, *readings(configuration, path, seed, target))
+        error = law.estimate(state) - target
         errors.append(error @ np.linalg.solve(state.covariance, error))
     assert len(errors) > 30
     assert 0.8 < np.mean(errors) < 3.5
@@ -161,7 +161,7 @@ def test_bearings_of_a_near_target_do_not_make_the_filter_too_sure():
     for seed in range(40):
         target = np.random.default_rng(seed).uniform(-1.3, 1.3, 2)
         state = run(WORST, path, *readings(5, path, seed, target))
-        error = estimate(state) - target
+        error = WORST.estimate(state) - target
         errors.append(error @ np.linalg.solve(state.covariance, error))
     assert np.mean(errors) < 7  # 2 if it were linear.
 
@@ -172,14 +172,14 @@ def test_near_readings_that_clip_do_not_bias_the_distance():
     bearing, distance = readings(5, still(1500), 1, target)
     assert distance.mean() > 0.42
     state = run(WORST, still(1500), bearing, distance)
-    assert estimate(state)[0] == pytest.approx(0.3, abs=0.04)
+    assert WORST.estimate(state)[0] == pytest.approx(0.3, abs=0.04)
 
 
 def test_a_wild_reading_moves_nothing():
     path = arc(100)
     state = run(MILD, path, *readings(2, path, 0))
-    after = update(state, path[-1], 3.0, 0.1, MILD, PARAMETERS)
-    np.testing.assert_array_equal(estimate(after), estimate(state))
+    after = MILD.update(state, path[-1], 3.0, 0.1)
+    np.testing.assert_array_equal(MILD.estimate(after), MILD.estimate(state))
     assert after.refused == 1
 
 
@@ -191,73 +191,71 @@ def test_a_filter_that_is_wrong_starts_again_when_it_is_out_of_patience():
     )
     state = wrong
     for i in range(1, PARAMETERS.patience):
-        state = update(state, [0, 0], 0.5, 3.0, MILD, PARAMETERS)
+        state = MILD.update(state, [0, 0], 0.5, 3.0)
         assert state.refused == i
-        np.testing.assert_array_equal(estimate(state), [-4, -4])
-    state = update(state, [0, 0], 0.5, 3.0, MILD, PARAMETERS)
+        np.testing.assert_array_equal(MILD.estimate(state), [-4, -4])
+    state = MILD.update(state, [0, 0], 0.5, 3.0)
     assert state.refused == 0
-    assert np.linalg.norm(estimate(state)) == pytest.approx(3, rel=0.02)
-    assert math.atan2(*estimate(state)[::-1]) == pytest.approx(0.5)
+    assert np.linalg.norm(MILD.estimate(state)) == pytest.approx(3, rel=0.02)
+    assert math.atan2(*MILD.estimate(state)[::-1]) == pytest.approx(0.5)
 
 
 def test_an_accepted_reading_restores_patience():
     path = arc(100)
     state = run(MILD, path, *readings(2, path, 0))
-    state = update(state, path[-1], 3.0, 0.1, MILD, PARAMETERS)
+    state = MILD.update(state, path[-1], 3.0, 0.1)
     dx, dy = TARGET - path[-1]
     bearing, distance = math.atan2(dy, dx), math.hypot(dx, dy)
-    assert (
-        update(state, path[-1], bearing, distance, MILD, PARAMETERS).refused
-        == 0
-    )
+    assert MILD.update(state, path[-1], bearing, distance).refused == 0
 
 
 def test_bearings_wrap():
     # The target is behind, where the bearing jumps by a turn.
     target = np.array([-5.0, 0.0])
     bearing, distance = readings(3, still(200), 0, target)
-    noise = NOISE_CONFIGURATIONS[3]
-    plain = run(noise, still(200), bearing, distance)
+    law = LAWS[3]
+    plain = run(law, still(200), bearing, distance)
     turns = 2 * np.pi * (np.arange(200) % 3 - 1)
-    turned = run(noise, still(200), bearing + turns, distance)
-    np.testing.assert_allclose(estimate(plain), target, atol=0.15)
-    np.testing.assert_allclose(estimate(turned), estimate(plain))
+    turned = run(law, still(200), bearing + turns, distance)
+    np.testing.assert_allclose(law.estimate(plain), target, atol=0.15)
+    np.testing.assert_allclose(law.estimate(turned), law.estimate(plain))
 
 
 def test_driving_adds_the_drift_of_odometry():
     parameters = FilterParameters(drift=0.5, gate=1e-9)
+    law = FilterEstimator(parameters, NOISE_CONFIGURATIONS[5])
     state = FilterState(
         position=np.array([3.0, 0.0]),
         covariance=np.zeros((2, 2)),
         p_WA=np.zeros(2),
     )
     # Refused, so that the drift is all that changes: 0.5^2 m^2/m * 4 m.
-    after = update(state, [0, 4], 3.0, 0.5, WORST, parameters)
+    after = law.update(state, [0, 4], 3.0, 0.5)
     np.testing.assert_allclose(after.covariance, np.eye(2))
 
 
 def test_exact_readings_without_noise_find_the_target():
-    noise = NOISE_CONFIGURATIONS[1]
+    law = LAWS[1]
     path = arc(100)
     away = TARGET - path
-    state = run(noise, path, np.arctan2(*away.T[::-1]), np.hypot(*away.T))
-    np.testing.assert_allclose(estimate(state), TARGET, atol=1e-3)
+    state = run(law, path, np.arctan2(*away.T[::-1]), np.hypot(*away.T))
+    np.testing.assert_allclose(law.estimate(state), TARGET, atol=1e-3)
 
 
 def test_a_reading_on_the_estimate_itself_stays_finite():
     state = FilterState(
         position=np.zeros(2), covariance=np.eye(2) * 1e-4, p_WA=np.zeros(2)
     )
-    after = update(state, [0, 0], 1.0, 0.05, MILD, PARAMETERS)
-    assert np.isfinite(estimate(after)).all()
+    after = MILD.update(state, [0, 0], 1.0, 0.05)
+    assert np.isfinite(MILD.estimate(after)).all()
     assert np.isfinite(after.covariance).all()
 
 
 @pytest.mark.parametrize("configuration", [1, 5])
 def test_covariance_stays_symmetric_and_positive(configuration):
-    noise = NOISE_CONFIGURATIONS[configuration]
+    law = LAWS[configuration]
     path = np.linspace([0, 0], TARGET, 300)  # Right up to the target.
-    state = run(noise, path, *readings(configuration, path, 3))
+    state = run(law, path, *readings(configuration, path, 3))
     np.testing.assert_allclose(state.covariance, state.covariance.T)
     assert np.linalg.eigvalsh(state.covariance)[0] > 0
 
@@ -272,9 +270,9 @@ def test_arrival_needs_to_be_near_and_sure():
             p_WA=np.zeros(2),
         )
 
-    assert arrived(belief(0.9 * limit), [0.71, 0], PARAMETERS)
-    assert not arrived(belief(0.9 * limit), [0.69, 0], PARAMETERS)
-    assert not arrived(belief(1.1 * limit), [0.71, 0], PARAMETERS)
+    assert WORST.arrived(belief(0.9 * limit), [0.71, 0])
+    assert not WORST.arrived(belief(0.9 * limit), [0.69, 0])
+    assert not WORST.arrived(belief(1.1 * limit), [0.71, 0])
 
 
 @pytest.mark.parametrize(
@@ -288,8 +286,8 @@ def test_arrival_needs_to_be_near_and_sure():
     ],
 )
 def test_a_reading_that_is_not_finite_changes_nothing(reading):
-    state = update(initial_state(), [0, 0], 0.3, 3.0, WORST, PARAMETERS)
-    assert update(state, *reading, WORST, PARAMETERS) is state
+    state = WORST.update(WORST.initial_state(), [0, 0], 0.3, 3.0)
+    assert WORST.update(state, *reading) is state
 
 
 @pytest.mark.parametrize(

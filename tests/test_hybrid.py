@@ -7,26 +7,24 @@ from hypothesis import strategies as st
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.homing.hybrid import (
+    HybridEstimator,
     HybridParameters,
     HybridState,
-    arrived,
-    estimate,
-    initial_state,
     is_outlier,
     position_error,
-    update,
 )
 
 PARAMETERS = HybridParameters()
+LAW = HybridEstimator(PARAMETERS)
 COORDINATE = st.floats(-10, 10)
 POINT = st.tuples(COORDINATE, COORDINATE).map(np.array)
 
 
-def look(state, p_WA, p_WT, parameters=PARAMETERS, turn=0.0, scale=1.0):
-    """Takes in one reading: exact but for a turn and a scale."""
+def look(state, p_WA, p_WT, scale=1.0):
+    """Takes in one reading: exact but for a scale of its distance."""
     dx, dy = np.subtract(p_WT, p_WA)
-    bearing, distance = math.atan2(dy, dx) + turn, math.hypot(dx, dy) * scale
-    return update(state, p_WA, bearing, distance, parameters)
+    bearing, distance = math.atan2(dy, dx), math.hypot(dx, dy) * scale
+    return LAW.update(state, p_WA, bearing, distance)
 
 
 def settled(parallax, vectors, reported=(0.0, 0.0)):
@@ -49,28 +47,28 @@ def test_the_defaults_are_the_dissertations():
 
 
 def test_nothing_is_known_before_a_reading():
-    assert estimate(initial_state()) is None
-    assert not arrived(initial_state(), [0, 0], PARAMETERS)
+    assert LAW.estimate(LAW.initial_state()) is None
+    assert not LAW.arrived(LAW.initial_state(), [0, 0])
 
 
 def test_the_first_reading_reports_its_vector_position():
-    state = update(initial_state(), [1, 1], math.pi / 2, 3, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [1, 4])
+    state = LAW.update(LAW.initial_state(), [1, 1], math.pi / 2, 3)
+    np.testing.assert_allclose(LAW.estimate(state), [1, 4])
     assert state.parallax is None
 
 
 def test_parallax_starts_where_two_lines_of_sight_cross():
     # The distances are wrong by 10 %: only the lines' crossing is right.
-    state = look(initial_state(), [0, 0], [2, 2], scale=1.1)
+    state = look(LAW.initial_state(), [0, 0], [2, 2], scale=1.1)
     state = look(state, [0.05, 0], [2, 2], scale=1.1)
     assert state.parallax is None  # The move is too short.
     state = look(state, [1, 0], [2, 2], scale=1.1)
     np.testing.assert_allclose(state.parallax, [2, 2])
-    np.testing.assert_allclose(estimate(state), [2, 2])
+    np.testing.assert_allclose(LAW.estimate(state), [2, 2])
 
 
 def test_without_a_crossing_parallax_starts_at_the_vector_position():
-    state = initial_state()
+    state = LAW.initial_state()
     for i in range(20):
         assert state.parallax is None
         state = look(state, [0.1 * i, 0], [8, 0])  # Straight at the target.
@@ -93,22 +91,22 @@ def test_position_error_is_symmetric_and_at_most_two(p, v, a):
 def test_positions_that_agree_report_parallax():
     # Both on the x axis, 5.0 and 5.5: error 0.5 / 5.25 < 0.3.
     state = settled([5, 0], [[5.5, 0]] * 19)
-    state = update(state, [0, 0], 0.0, 5.5, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [5, 0])
+    state = LAW.update(state, [0, 0], 0.0, 5.5)
+    np.testing.assert_allclose(LAW.estimate(state), [5, 0])
 
 
 def test_positions_that_disagree_are_averaged_and_parallax_is_reset():
     # 4.0 and 8.0: error 4 / 6 > 0.3; the newest is where all others are.
     state = settled([4, 0], [[8, 0]] * 20)
-    state = update(state, [0, 0], 0.0, 8.0, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [6, 0])
+    state = LAW.update(state, [0, 0], 0.0, 8.0)
+    np.testing.assert_allclose(LAW.estimate(state), [6, 0])
     np.testing.assert_allclose(state.parallax, [6, 0])
 
 
 def test_an_outlier_is_not_averaged():
     vectors = [[8 + 0.1 * (-1) ** i, 0] for i in range(20)]
-    state = update(settled([4, 0], vectors), [0, 0], 0.0, 9.0, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [4, 0])
+    state = LAW.update(settled([4, 0], vectors), [0, 0], 0.0, 9.0)
+    np.testing.assert_allclose(LAW.estimate(state), [4, 0])
     np.testing.assert_allclose(state.parallax, [4, 0])
     assert len(state.vectors) == 20
     np.testing.assert_allclose(state.vectors[0], [9, 0])
@@ -117,8 +115,8 @@ def test_an_outlier_is_not_averaged():
 def test_the_newest_position_is_not_tested_against_itself():
     # 1.7 sample deviations off 7, 8 and 9; only 1.1 off 7, 8, 9 and 9.7.
     state = settled([4, 0], [[7, 0], [8, 0], [9, 0]])
-    state = update(state, [0, 0], 0.0, 9.7, PARAMETERS)
-    np.testing.assert_allclose(estimate(state), [4, 0])
+    state = LAW.update(state, [0, 0], 0.0, 9.7)
+    np.testing.assert_allclose(LAW.estimate(state), [4, 0])
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -135,24 +133,24 @@ def test_outlier_test_is_two_sided_on_each_axis(axis, sign):
 
 
 def test_buffer_keeps_the_last_twenty_newest_first():
-    state = initial_state()
+    state = LAW.initial_state()
     for i in range(25):
-        state = update(state, [0, 0], 0.0, 1.0 + i, PARAMETERS)
+        state = LAW.update(state, [0, 0], 0.0, 1.0 + i)
     np.testing.assert_allclose(state.vectors[:, 0], np.arange(25, 5, -1))
 
 
 def test_arrival_needs_to_be_near():
     state = settled([1, 0], [[1, 0]], reported=[1, 0])
-    assert arrived(state, [0.71, 0], PARAMETERS)
-    assert not arrived(state, [0.69, 0], PARAMETERS)
+    assert LAW.arrived(state, [0.71, 0])
+    assert not LAW.arrived(state, [0.69, 0])
 
 
 def test_arrival_needs_parallax_and_vector_to_agree():
     apart = PARAMETERS.arrival_agreement
     near = settled([1, 0], [[1, 0.99 * apart]], reported=[1, 0])
     far = settled([1, 0], [[1, 1.01 * apart]], reported=[1, 0])
-    assert arrived(near, [1, 0], PARAMETERS)
-    assert not arrived(far, [1, 0], PARAMETERS)
+    assert LAW.arrived(near, [1, 0])
+    assert not LAW.arrived(far, [1, 0])
 
 
 @pytest.mark.parametrize(
@@ -166,14 +164,14 @@ def test_arrival_needs_parallax_and_vector_to_agree():
     ],
 )
 def test_a_reading_that_is_not_finite_changes_nothing(reading):
-    state = look(initial_state(), [0, 0], [3, 1])
-    assert update(state, *reading, PARAMETERS) is state
+    state = look(LAW.initial_state(), [0, 0], [3, 1])
+    assert LAW.update(state, *reading) is state
 
 
 def test_update_leaves_the_old_state_alone():
     before = settled([4, 0], [[8, 0]] * 20)
     copy = before.parallax.copy(), before.vectors.copy()
-    update(before, [0, 0], 0.3, 8.0, PARAMETERS)
+    LAW.update(before, [0, 0], 0.3, 8.0)
     np.testing.assert_array_equal(before.parallax, copy[0])
     np.testing.assert_array_equal(before.vectors, copy[1])
 
@@ -181,12 +179,12 @@ def test_update_leaves_the_old_state_alone():
 @settings(max_examples=40)
 @given(POINT, st.floats(0.3, 3))
 def test_exact_readings_find_the_target(p_WT, step):
-    state = initial_state()
+    state = LAW.initial_state()
     for i in range(30):
         p_WA = [step * math.cos(i), step * math.sin(i)]
         state = look(state, p_WA, p_WT)
-    np.testing.assert_allclose(estimate(state), p_WT, atol=1e-4)
-    assert arrived(state, p_WT, PARAMETERS)
+    np.testing.assert_allclose(LAW.estimate(state), p_WT, atol=1e-4)
+    assert LAW.arrived(state, p_WT)
 
 
 def test_a_wrong_parallax_position_is_pulled_to_the_vector_position():
@@ -196,7 +194,7 @@ def test_a_wrong_parallax_position_is_pulled_to_the_vector_position():
         scale = 1 + rng.uniform(-0.1, 0.1)
         state = look(state, [0, 0], [8, 0], scale=scale)
     # Error below 0.3 means above 8 * 0.85 / 1.15 = 5.9, less the noise.
-    assert estimate(state)[0] > 5.5
+    assert LAW.estimate(state)[0] > 5.5
 
 
 @pytest.mark.parametrize(

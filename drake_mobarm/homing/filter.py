@@ -1,11 +1,12 @@
 """A recursive bearing-and-range filter for a static target, ours.
 
 An extended Kalman filter on the target's position. It differs from the hybrid
-of section 2.3.1.3 in that each reading weighs what its noise says: a bearing
-tells more from near by, and a distance too. Two things keep it from trusting
-its range too early: it starts amid all distances that the first reading allows,
-and takes the distance's slope over the width of its belief. Iterating the
-update was measured, and made the error in configuration 5 larger.
+of section 2.3.1.3 in that each reading is weighted by its noise: a bearing and
+a distance both tell more from near by. Two things keep the filter from
+trusting its distances too early: it starts in the middle of all distances that
+the first reading allows, and it linearises the distance over the width of its
+belief. Iterating the update was tried; in configuration 5 it made the error
+larger.
 """
 
 import math
@@ -14,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import at_least, not_negative, positive
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.homing.vector import vector_position
 from drake_mobarm.immutable import Immutable
@@ -52,22 +53,16 @@ class FilterParameters:
     arrival_deviation: float = 0.035
 
     def __post_init__(self) -> None:
-        for name in (
+        positive(
+            self,
             "angle_floor",
             "distance_floor",
             "gate",
             "arrival_distance",
             "arrival_deviation",
-        ):
-            value = getattr(self, name)
-            require(0 < value < math.inf, name, value, "finite and positive")
-        require(
-            0 <= self.drift < math.inf,
-            "drift",
-            self.drift,
-            "finite and at least 0",
         )
-        require(self.patience >= 1, "patience", self.patience, "at least 1")
+        not_negative(self, "drift")
+        at_least(self, 1, "patience")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,67 +82,96 @@ class FilterState(Immutable):
     refused: int = 0
 
 
-def initial_state() -> FilterState:
-    """The state before the first reading."""
-    return FilterState()
-
-
-def update(
-    state: FilterState,
-    p_WA: ArrayLike,
-    bearing_W: float,
-    distance: float,
-    noise: BeaconNoise,
-    parameters: FilterParameters,
-) -> FilterState:
-    """Takes in one reading.
+class FilterEstimator:
+    """Estimates the target by the filter; a `TargetLaw`.
 
     Args:
-        state: before the reading; it is not changed.
-        p_WA: the antenna's position by odometry [m], (2,).
-        bearing_W: heading plus angle of arrival [rad].
-        distance: from RSSI [m].
-        noise: of the reading.
         parameters: of the filter.
-
-    Returns:
-        The state after it: the same one where the reading is not finite or
-        its distance is negative.
+        noise: of the readings.
     """
-    p_WA = np.asarray(p_WA, dtype=float)
-    finite = np.isfinite([*p_WA, bearing_W, distance]).all()
-    if not finite or distance < 0:
-        return state
-    if state.position is None or state.covariance is None:
-        return _start(p_WA, bearing_W, distance, noise, parameters)
-    assert state.p_WA is not None
-    moved = math.hypot(*(p_WA - state.p_WA))
-    prior = state.covariance + np.eye(2) * parameters.drift**2 * moved
-    predicted, slope, own = _predict(
-        state.position, prior, p_WA, noise, parameters
-    )
-    innovation = np.array([bearing_W, distance]) - predicted
-    innovation[0] = wrap_angle(innovation[0])
-    precision = _inverse(slope @ prior @ slope.T + own)
-    if innovation @ precision @ innovation > parameters.gate:
-        if state.refused + 1 >= parameters.patience:
+
+    def __init__(
+        self, parameters: FilterParameters, noise: BeaconNoise
+    ) -> None:
+        self._parameters = parameters
+        self._noise = noise
+
+    def initial_state(self) -> FilterState:
+        """The state before the first reading."""
+        return FilterState()
+
+    def update(
+        self,
+        state: FilterState,
+        p_WA: ArrayLike,
+        bearing_W: float,
+        distance: float,
+    ) -> FilterState:
+        """Takes in one reading.
+
+        Args:
+            state: before the reading; it is not changed.
+            p_WA: the antenna's position by odometry [m], (2,).
+            bearing_W: heading plus angle of arrival [rad].
+            distance: from RSSI [m].
+
+        Returns:
+            The state after it: the same one where the reading is not finite
+            or its distance is negative.
+        """
+        noise, parameters = self._noise, self._parameters
+        p_WA = np.asarray(p_WA, dtype=float)
+        finite = np.isfinite([*p_WA, bearing_W, distance]).all()
+        if not finite or distance < 0:
+            return state
+        if state.position is None or state.covariance is None:
             return _start(p_WA, bearing_W, distance, noise, parameters)
-        return replace(
-            state, covariance=prior, p_WA=p_WA, refused=state.refused + 1
+        assert state.p_WA is not None
+        moved = math.hypot(*(p_WA - state.p_WA))
+        prior = state.covariance + np.eye(2) * parameters.drift**2 * moved
+        predicted, slope, own = _predict(
+            state.position, prior, p_WA, noise, parameters
         )
-    gain = prior @ slope.T @ precision
-    # Joseph's form stays symmetric and positive.
-    keep = np.eye(2) - gain @ slope
-    return FilterState(
-        position=state.position + gain @ innovation,
-        covariance=keep @ prior @ keep.T + gain @ own @ gain.T,
-        p_WA=p_WA,
-    )
+        innovation = np.array([bearing_W, distance]) - predicted
+        innovation[0] = wrap_angle(innovation[0])
+        precision = _inverse(slope @ prior @ slope.T + own)
+        if innovation @ precision @ innovation > parameters.gate:
+            if state.refused + 1 >= parameters.patience:
+                return _start(p_WA, bearing_W, distance, noise, parameters)
+            return replace(
+                state, covariance=prior, p_WA=p_WA, refused=state.refused + 1
+            )
+        gain = prior @ slope.T @ precision
+        # Joseph's form stays symmetric and positive.
+        keep = np.eye(2) - gain @ slope
+        return FilterState(
+            position=state.position + gain @ innovation,
+            covariance=keep @ prior @ keep.T + gain @ own @ gain.T,
+            p_WA=p_WA,
+        )
 
+    def estimate(self, state: FilterState) -> Array | None:
+        """The estimated target p_WT [m], (2,), or None before a reading."""
+        return state.position
 
-def estimate(state: FilterState) -> Array | None:
-    """The estimated target p_WT [m], (2,), or None before a reading."""
-    return state.position
+    def arrived(self, state: FilterState, p_WB: ArrayLike) -> bool:
+        """Whether the robot is at a target that the filter is sure of.
+
+        Args:
+            state: of the filter.
+            p_WB: the base's position by odometry [m], (2,).
+
+        Returns:
+            True where the base is within `arrival_distance` of the estimate,
+            and the largest standard deviation is below `arrival_deviation`.
+        """
+        if state.position is None:
+            return False
+        near = math.hypot(*(state.position - np.asarray(p_WB, dtype=float)))
+        return (
+            near <= self._parameters.arrival_distance
+            and deviation(state) < self._parameters.arrival_deviation
+        )
 
 
 def deviation(state: FilterState) -> float:
@@ -155,29 +179,6 @@ def deviation(state: FilterState) -> float:
     if state.covariance is None:
         return math.inf
     return math.sqrt(np.linalg.eigvalsh(state.covariance)[-1])
-
-
-def arrived(
-    state: FilterState, p_WB: ArrayLike, parameters: FilterParameters
-) -> bool:
-    """Whether the robot is at a target that the filter is sure of.
-
-    Args:
-        state: of the filter.
-        p_WB: the base's position by odometry [m], (2,).
-        parameters: of the filter.
-
-    Returns:
-        True where the base is within `arrival_distance` of the estimate, and
-        the largest standard deviation is below `arrival_deviation`.
-    """
-    if state.position is None:
-        return False
-    near = math.hypot(*(state.position - np.asarray(p_WB, dtype=float)))
-    return (
-        near <= parameters.arrival_distance
-        and deviation(state) < parameters.arrival_deviation
-    )
 
 
 def _start(

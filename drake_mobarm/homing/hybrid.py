@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import at_least, positive, within
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.parallax import intersect_bearings, update_parallax
 from drake_mobarm.homing.vector import vector_position, weighted_position
@@ -58,24 +58,18 @@ class HybridParameters:
     min_angle: float = 0.1
 
     def __post_init__(self) -> None:
-        require(0 < self.k <= 1, "k", self.k, "(0, 1]")
-        require(self.buffer >= 3, "buffer", self.buffer, "at least 3")
-        for name in (
+        within(self, "(0, 1]", "k")
+        at_least(self, 3, "buffer")
+        positive(
+            self,
             "tau",
             "agreement",
             "z_threshold",
             "arrival_distance",
             "arrival_agreement",
             "min_move",
-        ):
-            value = getattr(self, name)
-            require(0 < value < math.inf, name, value, "finite and positive")
-        require(
-            0 < self.min_angle < math.pi / 2,
-            "min_angle",
-            self.min_angle,
-            "(0, pi/2)",
         )
+        within(self, "(0, pi/2)", "min_angle")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -101,88 +95,96 @@ class HybridState(Immutable):
     reported: Array | None = None
 
 
-def initial_state() -> HybridState:
-    """The state before the first reading."""
-    return HybridState(vectors=np.empty((0, 2)))
-
-
-def update(
-    state: HybridState,
-    p_WA: ArrayLike,
-    bearing_W: float,
-    distance: float,
-    parameters: HybridParameters,
-) -> HybridState:
-    """Takes in one reading.
+class HybridEstimator:
+    """Estimates the target as section 2.3.1.3 does; a `TargetLaw`.
 
     Args:
-        state: before the reading; it is not changed.
-        p_WA: the antenna's position by odometry [m], (2,).
-        bearing_W: heading plus angle of arrival [rad].
-        distance: from RSSI [m].
         parameters: of the estimator.
-
-    Returns:
-        The state after it: the same one where the reading is not finite or
-        its distance is negative.
     """
-    p_WA = np.asarray(p_WA, dtype=float)
-    finite = np.isfinite([*p_WA, bearing_W, distance]).all()
-    if not finite or distance < 0:
-        return state
-    newest = vector_position(p_WA, bearing_W, distance)
-    vectors = np.vstack([newest, state.vectors])[: parameters.buffer]
-    vector = weighted_position(vectors, parameters.tau)
-    if state.first_p_WA is None:
-        state = replace(state, first_p_WA=p_WA, first_bearing_W=bearing_W)
-    reported = parallax = _next_parallax(
-        state, p_WA, bearing_W, vector, parameters
-    )
-    if parallax is None:
-        reported = vector
-    elif position_error(
-        parallax, vector, p_WA
-    ) > parameters.agreement and not is_outlier(
-        newest, state.vectors, parameters.z_threshold
-    ):
-        reported = parallax = (parallax + vector) / 2
-    return replace(
-        state,
-        vectors=vectors,
-        readings=state.readings + 1,
-        parallax=parallax,
-        vector=vector,
-        reported=reported,
-    )
 
+    def __init__(self, parameters: HybridParameters) -> None:
+        self._parameters = parameters
 
-def estimate(state: HybridState) -> Array | None:
-    """The reported target p_WT [m], (2,), or None before a reading."""
-    return state.reported
+    def initial_state(self) -> HybridState:
+        """The state before the first reading."""
+        return HybridState(vectors=np.empty((0, 2)))
 
+    def update(
+        self,
+        state: HybridState,
+        p_WA: ArrayLike,
+        bearing_W: float,
+        distance: float,
+    ) -> HybridState:
+        """Takes in one reading.
 
-def arrived(
-    state: HybridState, p_WB: ArrayLike, parameters: HybridParameters
-) -> bool:
-    """Whether the robot has arrived, by both conditions of 2.3.1.3.
+        Args:
+            state: before the reading; it is not changed.
+            p_WA: the antenna's position by odometry [m], (2,).
+            bearing_W: heading plus angle of arrival [rad].
+            distance: from RSSI [m].
 
-    Args:
-        state: of the estimator.
-        p_WB: the base's position by odometry [m], (2,).
-        parameters: of the estimator.
+        Returns:
+            The state after it: the same one where the reading is not finite
+            or its distance is negative.
+        """
+        parameters = self._parameters
+        p_WA = np.asarray(p_WA, dtype=float)
+        finite = np.isfinite([*p_WA, bearing_W, distance]).all()
+        if not finite or distance < 0:
+            return state
+        newest = vector_position(p_WA, bearing_W, distance)
+        vectors = np.vstack([newest, state.vectors])[: parameters.buffer]
+        vector = weighted_position(vectors, parameters.tau)
+        if state.first_p_WA is None:
+            state = replace(state, first_p_WA=p_WA, first_bearing_W=bearing_W)
+        reported = parallax = _next_parallax(
+            state, p_WA, bearing_W, vector, parameters
+        )
+        if parallax is None:
+            reported = vector
+        elif position_error(
+            parallax, vector, p_WA
+        ) > parameters.agreement and not is_outlier(
+            newest, state.vectors, parameters.z_threshold
+        ):
+            reported = parallax = (parallax + vector) / 2
+        return replace(
+            state,
+            vectors=vectors,
+            readings=state.readings + 1,
+            parallax=parallax,
+            vector=vector,
+            reported=reported,
+        )
 
-    Returns:
-        True where the base is within `arrival_distance` of the estimate, and
-        the parallax and vector positions within `arrival_agreement`.
-    """
-    if state.reported is None or state.parallax is None or state.vector is None:
-        return False
-    near = _length(state.reported - np.asarray(p_WB, dtype=float))
-    apart = _length(state.parallax - state.vector)
-    return (
-        near <= parameters.arrival_distance
-        and apart <= parameters.arrival_agreement
-    )
+    def estimate(self, state: HybridState) -> Array | None:
+        """The reported target p_WT [m], (2,), or None before a reading."""
+        return state.reported
+
+    def arrived(self, state: HybridState, p_WB: ArrayLike) -> bool:
+        """Whether the robot has arrived, by both conditions of 2.3.1.3.
+
+        Args:
+            state: of the estimator.
+            p_WB: the base's position by odometry [m], (2,).
+
+        Returns:
+            True where the base is within `arrival_distance` of the estimate,
+            and the parallax and vector positions within `arrival_agreement`.
+        """
+        if (
+            state.reported is None
+            or state.parallax is None
+            or state.vector is None
+        ):
+            return False
+        near = _length(state.reported - np.asarray(p_WB, dtype=float))
+        apart = _length(state.parallax - state.vector)
+        return (
+            near <= self._parameters.arrival_distance
+            and apart <= self._parameters.arrival_agreement
+        )
 
 
 def position_error(

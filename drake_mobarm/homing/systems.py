@@ -1,20 +1,17 @@
-"""Homing as LeafSystems: estimators and obstacle avoidance.
+"""Homing as LeafSystems: target estimator and obstacle avoidance.
 
-Estimators and avoidance run a little after the sensors have sampled, so that
+Both run a little after the sensors have sampled, so that
 a reading and the odometry seen with it are of the same instant.
 """
 
-from abc import abstractmethod
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_mobarm.geometry import Array, transform_points
-from drake_mobarm.homing import avoidance, hybrid
-from drake_mobarm.homing import filter as target_filter
-from drake_mobarm.sensors.beacon import BeaconNoise
+from drake_mobarm.homing import avoidance
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.rssi import RssiModel
 from drake_mobarm.signals import (
@@ -25,6 +22,36 @@ from drake_mobarm.signals import (
     Waypoint,
     size,
 )
+
+
+class TargetLaw(Protocol):
+    """An estimator's law in plain numpy, such as `FilterEstimator`."""
+
+    def initial_state(self) -> Any:
+        """The state before the first reading; it is never changed."""
+
+    def update(
+        self, state: Any, p_WA: Array, bearing_W: float, distance: float
+    ) -> Any:
+        """The state after a reading.
+
+        Args:
+            state: before the reading; it is not changed.
+            p_WA: the antenna's position by odometry [m], (2,).
+            bearing_W: heading plus angle of arrival [rad].
+            distance: from RSSI [m].
+        """
+
+    def estimate(self, state: Any) -> Array | None:
+        """The estimated target p_WT [m], (2,), or None before a reading."""
+
+    def arrived(self, state: Any, p_WB: Array) -> bool:
+        """Whether the robot is at the target.
+
+        Args:
+            state: of the law.
+            p_WB: the base's position by odometry [m], (2,).
+        """
 
 
 class TargetEstimator(LeafSystem):
@@ -43,13 +70,15 @@ class TargetEstimator(LeafSystem):
     - measured_base_pose (3): PlanarPose in W.
     - beacon_reading (3): BeaconReading, angle in the antenna's frame.
     - estimated_target (3): TargetEstimate in W.
-    - arrived (1): 1 where the estimator's arrival conditions hold.
+    - arrived (1): 1 where the law's arrival conditions hold.
 
     A reading that is marked invalid, or is not finite, changes nothing.
 
     No direct feedthrough.
 
     Args:
+        law: how to estimate: `HybridEstimator`, `FilterEstimator`, or one's
+            own.
         calibration: of the beacon's RSSI.
         p_BA: the antenna in the base's frame [m], (2,).
         rate: readings a second [Hz].
@@ -57,9 +86,15 @@ class TargetEstimator(LeafSystem):
     """
 
     def __init__(
-        self, calibration: RssiModel, p_BA: Array, rate: float, delay: float
+        self,
+        law: TargetLaw,
+        calibration: RssiModel,
+        p_BA: Array,
+        rate: float,
+        delay: float,
     ) -> None:
         super().__init__()
+        self._law = law
         self._calibration = calibration
         self._p_BA = p_BA
         self._pose = self.DeclareVectorInputPort(
@@ -68,7 +103,7 @@ class TargetEstimator(LeafSystem):
         self._reading = self.DeclareVectorInputPort(
             "beacon_reading", size(BeaconReading)
         )
-        self._belief = self.DeclareAbstractState(Value(self._initial_belief()))
+        self._memory = self.DeclareAbstractState(Value(law.initial_state()))
         self._estimate = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
         self._arrived = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("estimated_target", self._estimate)
@@ -77,101 +112,26 @@ class TargetEstimator(LeafSystem):
             1 / rate, delay, self._update
         )
 
-    @abstractmethod
-    def _initial_belief(self) -> Any:
-        """The law's state before the first reading."""
-
-    @abstractmethod
-    def _next_belief(
-        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
-    ) -> Any:
-        """The law's state after a reading."""
-
-    @abstractmethod
-    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
-        """The target (2,), or None, and whether the robot has arrived."""
-
     def _update(self, context: Context, state: State) -> None:
         pose = PlanarPose(self._pose.Eval(context))
         reading = BeaconReading(self._reading.Eval(context))
-        belief = context.get_abstract_state(int(self._belief)).get_value()
+        memory = context.get_abstract_state(int(self._memory)).get_value()
         if reading.valid > 0.5 and np.isfinite(reading[:]).all():
-            belief = self._next_belief(
-                belief,
+            memory = self._law.update(
+                memory,
                 transform_points(pose[:], self._p_BA),
                 pose.yaw + reading.angle,
                 float(self._calibration.distance(reading.rssi)),
             )
-            state.get_mutable_abstract_state(int(self._belief)).set_value(
-                belief
+            state.get_mutable_abstract_state(int(self._memory)).set_value(
+                memory
             )
-        target, arrived = self._read_belief(belief, pose[:2])
+        target = self._law.estimate(memory)
+        arrived = self._law.arrived(memory, pose[:2])
         discrete = state.get_mutable_discrete_state()
         if target is not None:
             discrete.set_value(self._estimate, [*target, 1.0])
         discrete.set_value(self._arrived, [float(arrived)])
-
-
-class HybridEstimator(TargetEstimator):
-    """The dissertation's estimator, section 2.3.1.3; ports as its base's."""
-
-    def __init__(
-        self,
-        parameters: hybrid.HybridParameters,
-        calibration: RssiModel,
-        p_BA: Array,
-        rate: float,
-        delay: float,
-    ) -> None:
-        self._parameters = parameters
-        super().__init__(calibration, p_BA, rate, delay)
-
-    def _initial_belief(self) -> hybrid.HybridState:
-        return hybrid.initial_state()
-
-    def _next_belief(
-        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
-    ) -> hybrid.HybridState:
-        return hybrid.update(
-            belief, p_WA, bearing_W, distance, self._parameters
-        )
-
-    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
-        return hybrid.estimate(belief), hybrid.arrived(
-            belief, p_WB, self._parameters
-        )
-
-
-class FilterEstimator(TargetEstimator):
-    """Our bearing-and-range filter; ports as its base's."""
-
-    def __init__(
-        self,
-        parameters: target_filter.FilterParameters,
-        noise: BeaconNoise,
-        calibration: RssiModel,
-        p_BA: Array,
-        rate: float,
-        delay: float,
-    ) -> None:
-        self._parameters = parameters
-        self._noise = noise
-        super().__init__(calibration, p_BA, rate, delay)
-
-    def _initial_belief(self) -> target_filter.FilterState:
-        return target_filter.initial_state()
-
-    def _next_belief(
-        self, belief: Any, p_WA: Array, bearing_W: float, distance: float
-    ) -> target_filter.FilterState:
-        return target_filter.update(
-            belief, p_WA, bearing_W, distance, self._noise, self._parameters
-        )
-
-    def _read_belief(self, belief: Any, p_WB: Array) -> tuple[Any, bool]:
-        return target_filter.estimate(belief), target_filter.arrived(
-            belief, p_WB, self._parameters
-        )
 
 
 class StraightToTarget(LeafSystem):

@@ -36,11 +36,11 @@ where something is seen behind the robot, rule "wait" ends it.
 (2) The robot tries the other one of its two margins, as narrower gaps may let
 it pass, and forgets the unseen things that it touched.
 
-Each departure from a boundary has to gain: the exit is nearer to the target
-than the robot has ever been, by `gain`, which doubles where it comes back to
-the same boundary. So there are only finitely many. On a boundary the robot
-turns back once, after `first_leg`, and where it meets a boundary at the place
-of the last meeting, it takes the other side.
+The robot leaves a boundary only for an exit that is nearer to the target than
+it has ever been, by `gain`, which doubles each time it comes back to the same
+boundary: as every departure gains, there are only finitely many. On a boundary
+the robot turns back once, after `first_leg`. Where it meets a boundary at the
+place of the last meeting, it takes the other side.
 """
 
 from dataclasses import replace

@@ -12,7 +12,7 @@ from pydrake.solvers import Solve
 
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot import WIDOWX_250
-from drake_mobarm.world.sdf import MODELS
+from drake_mobarm.robot.shape import URDF
 
 try:
     from eaik.IK_DH import DhRobot
@@ -70,7 +70,7 @@ class DrakeSolver:
 
     def __init__(self, middle: Array) -> None:
         self.plant = MultibodyPlant(0.0)
-        Parser(self.plant).AddModels(str(MODELS / "mobile_arm.urdf"))
+        Parser(self.plant).AddModels(str(URDF))
         self.plant.WeldFrames(
             self.plant.world_frame(), self.plant.GetFrameByName("base")
         )

@@ -9,13 +9,14 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
+from drake_mobarm.driving.systems import WaypointController
+from drake_mobarm.homing.filter import FilterEstimator
+from drake_mobarm.homing.hybrid import HybridEstimator
 from drake_mobarm.homing.job import HomingParameters, HomingScenario
 from drake_mobarm.homing.systems import (
-    FilterEstimator,
-    HomingController,
-    HybridEstimator,
     ObstacleAvoidance,
     StraightToTarget,
+    TargetEstimator,
 )
 from drake_mobarm.homing.view import HomingView
 from drake_mobarm.job import spawn_seeds
@@ -26,14 +27,7 @@ from drake_mobarm.sensors.beacon import (
     BeaconNoise,
 )
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
-from drake_mobarm.signals import (
-    BaseVelocity,
-    BeaconReading,
-    PlanarPose,
-    TargetEstimate,
-    Waypoint,
-    size,
-)
+from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.sdf import load_world
 
@@ -73,48 +67,46 @@ def build_job(
     wiring = Wiring(blocks)
 
     def make_estimator() -> System:
-        common = (
+        law = (
+            HybridEstimator(parameters.hybrid)
+            if parameters.estimator == "hybrid"
+            else FilterEstimator(parameters.filter, noise)
+        )
+        return TargetEstimator(
+            law,
             calibration,
             np.array(ANTENNA_POSITION),
             station.beacon.rate,
             PROCESSING_DELAY,
         )
-        if parameters.estimator == "hybrid":
-            return HybridEstimator(parameters.hybrid, *common)
-        return FilterEstimator(parameters.filter, noise, *common)
 
     def make_avoidance() -> System:
         if parameters.avoidance == "none":
             return StraightToTarget()
         return ObstacleAvoidance(
-            parameters.rules,
-            station.lidar.rays,
-            station.lidar.rate,
-            PROCESSING_DELAY,
+            parameters.rules, station.lidar, PROCESSING_DELAY
         )
 
     wiring.add(
         "estimator",
         make_estimator,
-        {"estimated_target": size(TargetEstimate), "arrived": 1},
+        {"arrived": 1} | sizes("estimated_target"),
     )
-    wiring.add("avoidance", make_avoidance, {"waypoint": size(Waypoint)})
+    wiring.add("avoidance", make_avoidance, sizes("waypoint"))
     wiring.add(
         "controller",
-        lambda: HomingController(parameters.controller),
-        {"commanded_base_velocity": size(BaseVelocity)},
+        lambda: WaypointController(parameters.controller),
+        sizes("commanded_base_velocity"),
     )
     wiring.export(
         "estimated_target", "waypoint", "commanded_base_velocity", "arrived"
     )
     return wiring.build(
         "homing",
-        inputs={
-            "measured_base_pose": size(PlanarPose),
-            "measured_base_velocity": size(BaseVelocity),
-            "beacon_reading": size(BeaconReading),
-            "lidar_ranges": station.lidar.rays,
-        },
+        inputs={"lidar_ranges": station.lidar.rays}
+        | sizes(
+            "measured_base_pose", "measured_base_velocity", "beacon_reading"
+        ),
     )
 
 

@@ -21,7 +21,9 @@ from drake_mobarm.placement.systems import RobotPoser, StandPlanner
 from drake_mobarm.placement.view import PlacementView
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS, URDF
-from drake_mobarm.runtime.scenarios import PlacementScenario
+from drake_mobarm.signals import sizes
+from drake_mobarm.station.parameters import PROCESSING_DELAY
+from drake_mobarm.station.plant import place_robot
 from drake_mobarm.world.sdf import add_world, load_world
 
 PLACEMENT_BLOCKS = ("planner",)
@@ -53,12 +55,10 @@ def build_job(
     wiring.add(
         "planner",
         lambda: make_planner(scenario),
-        {"placement": None, "best_stand": size(BestStand), "planned": 1},
+        {"placement": None, "planned": 1} | sizes("best_stand"),
     )
     wiring.export("placement", "best_stand", "planned")
-    return wiring.build(
-        "placement", inputs={"estimated_target": size(TargetEstimate)}
-    )
+    return wiring.build("placement", inputs=sizes("estimated_target"))
 
 
 def build(

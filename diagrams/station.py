@@ -17,13 +17,7 @@ from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.shape import ANTENNA_POSITION, LIDAR_HEIGHT
 from drake_mobarm.sensors.beacon import Beacon
 from drake_mobarm.sensors.systems import BeaconSensor, Lidar, Odometry
-from drake_mobarm.signals import (
-    ArmState,
-    BaseVelocity,
-    BeaconReading,
-    PlanarPose,
-    size,
-)
+from drake_mobarm.signals import sizes
 from drake_mobarm.station.ground_truth import BaseTruth, GroundTruthMonitor
 from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.station.plant import (
@@ -102,10 +96,7 @@ def build_station(
     wiring.add(
         "odometry",
         lambda: Odometry(parameters.base_drive.base, start, _ODOMETRY_RATE),
-        {
-            "measured_base_pose": size(PlanarPose),
-            "measured_base_velocity": size(BaseVelocity),
-        },
+        sizes("measured_base_pose", "measured_base_velocity"),
     )
     lidar, antenna = parameters.lidar, parameters.beacon
     sides = outlines_to_segments(
@@ -118,7 +109,7 @@ def build_station(
         wiring.add(
             "beacon",
             lambda: BeaconSensor(antenna, beacon, np.array(ANTENNA_POSITION)),
-            {"beacon_reading": size(BeaconReading)},
+            sizes("beacon_reading"),
         )
     wiring.add_primitive(
         "lidar_noise",
@@ -162,8 +153,5 @@ def build_station(
     )
     return wiring.build(
         "station",
-        inputs={
-            "commanded_base_velocity": size(BaseVelocity),
-            "desired_arm_state": size(ArmState),
-        },
+        inputs=sizes("commanded_base_velocity", "desired_arm_state"),
     )

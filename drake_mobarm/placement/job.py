@@ -19,8 +19,8 @@ from drake_mobarm.placement.objective import (
     ObjectiveParameters,
     PlacementObjective,
 )
-from drake_mobarm.placement.objective_map import ToolTarget
 from drake_mobarm.placement.planner import Placement
+from drake_mobarm.placement.problem import ToolTarget
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 from drake_mobarm.world.places import Place
 

@@ -1,10 +1,6 @@
-"""The machine on paper: base and arm."""
+"""The machine on paper: its figures, base and arm."""
 
-from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.robot.arm_parameters import (
-    APPENDIX_C,
-    WIDOWX_250,
-    ArmParameters,
-)
+import lazy_loader
 
-__all__ = ["APPENDIX_C", "WIDOWX_250", "ArmKinematics", "ArmParameters"]
+# Names are imported when they are first used: a law must not load pydrake.
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

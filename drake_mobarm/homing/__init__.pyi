@@ -1,0 +1,11 @@
+from .avoidance_state import AvoidanceParameters as AvoidanceParameters
+from .filter import FilterEstimator as FilterEstimator
+from .filter import FilterParameters as FilterParameters
+from .hybrid import HybridEstimator as HybridEstimator
+from .hybrid import HybridParameters as HybridParameters
+from .job import HomingParameters as HomingParameters
+from .job import HomingScenario as HomingScenario
+from .systems import ObstacleAvoidance as ObstacleAvoidance
+from .systems import StraightToTarget as StraightToTarget
+from .systems import TargetEstimator as TargetEstimator
+from .systems import TargetLaw as TargetLaw

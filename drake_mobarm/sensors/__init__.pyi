@@ -1,0 +1,12 @@
+from .beacon import NOISE_CONFIGURATIONS as NOISE_CONFIGURATIONS
+from .beacon import Beacon as Beacon
+from .beacon import BeaconNoise as BeaconNoise
+from .beacon import BeaconParameters as BeaconParameters
+from .lidar import LidarParameters as LidarParameters
+from .rssi import BEACONS as BEACONS
+from .rssi import RssiModel as RssiModel
+from .rssi import calibrate as calibrate
+from .rssi import fit_rssi_model as fit_rssi_model
+from .systems import BeaconSensor as BeaconSensor
+from .systems import Lidar as Lidar
+from .systems import Odometry as Odometry

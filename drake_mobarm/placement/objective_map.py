@@ -52,14 +52,14 @@ class PlaceScores:
 def score_places(problem: StandProblem, places: ArrayLike) -> PlaceScores:
     """Scores all solutions of the arm at each of some places to stand.
 
-    Left out are solutions that the motors cannot hold, as 4.3.1.1 asks, those
-    that touch the problem's surroundings or the robot itself, and those that
-    need a waist beyond its limits at the problem's heading. Where the heading
-    is not given, the waist may be anywhere.
+    Solutions that the motors cannot hold are left out, as 4.3.1.1 asks. Where
+    the problem has surroundings, so are those that touch them or the robot
+    itself; where it has a heading, those whose waist would be beyond its
+    limits there. Without a heading the waist may be anywhere.
 
     Args:
-        problem: what to solve. Whether the places are in its
-            free space is not checked.
+        problem: what to solve. Whether the places are in its free space is
+            not checked.
         places: p_WB of the base [m], (n, 2).
 
     Raises:

@@ -7,8 +7,15 @@ import pytest
 from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import DiagramBuilder, LeafSystem
 
-from drake_mobarm import build_station, load_scenario, load_world, run
+from drake_mobarm import (
+    ToolTarget,
+    build_station,
+    load_scenario,
+    load_world,
+    run,
+)
 from drake_mobarm.diagrams.homing import HOMING_BLOCKS, build_job
+from drake_mobarm.diagrams.placement import make_planner
 from drake_mobarm.diagrams.station import STATION_BLOCKS
 from drake_mobarm.diagrams.wiring import Wiring
 from drake_mobarm.exceptions import BlockError, MobarmError
@@ -127,11 +134,16 @@ def test_a_block_of_the_station_is_exchanged_in_a_jobs_run():
 
 def test_a_planner_of_ones_own_takes_the_place_of_the_shipped_one():
     scenario = load_scenario("placement", PLACEMENT)
-    # Placement's judge reads what the planner tells: the shipped one's.
-    from drake_mobarm.diagrams.placement import make_planner
-
-    result = run(scenario, blocks={"planner": make_planner(scenario)})
+    # Its target is lower than the scenario's, which only the planner knows.
+    planner = make_planner(
+        scenario,
+        load_world("empty"),
+        scenario.start,
+        ToolTarget(position=[1, 0, 0.4], approach=[0, 0, -1]),
+    )
+    result = run(scenario, blocks={"planner": planner})
     assert result.success
+    assert result.outputs["placement"].target.p_WT[2] == 0.4
 
 
 @pytest.mark.parametrize(

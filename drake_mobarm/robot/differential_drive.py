@@ -26,9 +26,9 @@ class DifferentialDrive:
         inertia: I, of everything about the vertical through the axle's
             midpoint [kg m^2].
         wheel_inertia: I_w, of a wheel about its axle [kg m^2].
-        wheel_speed_limit: [rad/s].
-        wheel_acceleration_limit: [rad/s^2].
-        wheel_torque_limit: [N m].
+        wheel_speed_limit: of a wheel [rad/s].
+        wheel_acceleration_limit: of a wheel [rad/s^2].
+        wheel_torque_limit: of a wheel [N m].
     """
 
     wheel_radius: float = 0.0985

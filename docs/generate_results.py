@@ -143,13 +143,18 @@ def _homing_rows() -> list[list[str]]:
     ):
         content = _load(f"{file}/table.json")
         (row,) = (r for r in content["rows"] if r["case"] == case)
-        cells = [
-            f"{figures['success_percent']:.0f} % arrive, after "
+        ours, theirs = (
+            f"{figures['success_percent']:.0f} % of {trials} arrive, after "
             f"{figures['mean_time_to_target_s']:.1f} s, estimate off by "
-            f"{figures['mean_goal_position_error_m']:.2f} m"
-            for figures in (row, row["dissertation"])
-        ]
-        rows.append([label, cells[0], f"dissertation: {cells[1]}"])
+            f"{round(figures['mean_goal_position_error_m'], 3):g} m"
+            for figures, trials in (
+                (row, row["trials"]),
+                (row["dissertation"], "its trials"),
+            )
+        )
+        if row["contacts"]:
+            ours += f", contacts in {row['trials_with_contact']} trials"
+        rows.append([label, ours, f"dissertation: {theirs}"])
     return rows + _speed_rows()
 
 

@@ -12,6 +12,7 @@ from pydrake.systems.framework import LeafSystem
 
 import drake_mobarm
 from drake_mobarm import load_scenario, run
+from drake_mobarm.exceptions import MobarmError
 from drake_mobarm.job import job_names
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -118,3 +119,27 @@ def test_a_range_is_any_only_where_nothing_is_checked():
         if "| any |" in line
     }
     assert unchecked == {"station.base_drive.base.com_offset"}
+
+
+@pytest.mark.parametrize(
+    ("job", "override"),
+    [
+        ("homing", "diagram=nothing"),
+        ("homing", "world=nowhere"),
+        ("homing", "station.beacon.outages=[[5, 4]]"),
+        ("placement", "approach=[0, 0, -1.00001]"),
+        ("placement", "objective.torque_shape=[9, 9, 9, 9, 9]"),
+        ("placement", "objective.torque_shape=[1, 1, 1, 1, 1, 1]"),
+    ],
+)
+def test_the_ranges_kept_by_hand_are_checked(job, override):
+    key = override.partition("=")[0]
+    assert key in importlib.import_module("generate_keys").RANGES
+    assert f"\n| `{key}` | " in (DOCS / f"{job}.md").read_text()
+    with pytest.raises(MobarmError, match=key.rpartition(".")[2]):
+        load_scenario(job, [override])
+
+
+def test_no_range_is_kept_by_hand_of_a_key_that_is_gone():
+    keys = {key for job in job_names() for key in leaves(load_scenario(job))}
+    assert set(importlib.import_module("generate_keys").RANGES) <= keys

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from stands import ARM
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.placement.objective import (
@@ -17,6 +16,7 @@ from drake_mobarm.placement.objective import (
     torque_score,
     torque_score_derivative,
 )
+from helpers.stands import ARM
 
 pytestmark = pytest.mark.filterwarnings("error")
 

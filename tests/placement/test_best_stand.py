@@ -5,18 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stands import (
-    ARM,
-    OBJECTIVE,
-    OPEN,
-    PLAIN,
-    SMOOTH,
-    TARGET,
-    lattice,
-    limited,
-    problem_of,
-    random_target,
-)
 
 from drake_mobarm.geometry import rotation, wrap_angle
 from drake_mobarm.placement.best_stand import find_best_stand
@@ -40,6 +28,18 @@ from drake_mobarm.world.obstacles import (
     outlines,
 )
 from drake_mobarm.world.sdf import load_world
+from helpers.stands import (
+    ARM,
+    OBJECTIVE,
+    OPEN,
+    PLAIN,
+    SMOOTH,
+    TARGET,
+    lattice,
+    limited,
+    problem_of,
+    random_target,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -4,7 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stands import (
+
+from drake_mobarm.placement.objective import PlacementObjective
+from drake_mobarm.placement.objective_map import score_places
+from drake_mobarm.placement.problem import SOLVED_JOINTS, ToolTarget
+from drake_mobarm.placement.stand_program import StandProgram
+from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
+from helpers.stands import (
     PLAIN,
     SMOOTH,
     TARGET,
@@ -12,12 +18,6 @@ from stands import (
     problem_of,
     random_target,
 )
-
-from drake_mobarm.placement.objective import PlacementObjective
-from drake_mobarm.placement.objective_map import score_places
-from drake_mobarm.placement.problem import SOLVED_JOINTS, ToolTarget
-from drake_mobarm.placement.stand_program import StandProgram
-from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import (
+
+from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
+from helpers.arms import (
     KINDS,
     PI,
     WIDOWX,
@@ -16,9 +19,6 @@ from arms import (
     random_q,
     singular_q,
 )
-
-from drake_mobarm.exceptions import ParameterError
-from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import PI, WIDOWX, apart, pose
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.robot import (
     WIDOWX_250,
     ArmKinematics,
 )
+from helpers.arms import PI, WIDOWX, apart, pose
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")

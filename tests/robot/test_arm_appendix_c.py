@@ -4,18 +4,18 @@ import math
 
 import numpy as np
 import pytest
-from arms import (
+
+from drake_mobarm.robot import (
+    APPENDIX_C,
+    ArmKinematics,
+)
+from helpers.arms import (
     PI,
     X_6T,
     apart,
     pose,
     random_q,
     regular,
-)
-
-from drake_mobarm.robot import (
-    APPENDIX_C,
-    ArmKinematics,
 )
 
 # Nothing here may warn, out of reach and singular poses included.

@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import (
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drake_mobarm.robot import (
+    APPENDIX_C,
+    WIDOWX_250,
+    ArmKinematics,
+)
+from drake_mobarm.robot.batches import CHUNK
+from helpers.arms import (
     PI,
     STRAIGHT,
     TURN,
@@ -20,15 +29,6 @@ from arms import (
     random_q,
     regular,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
-
-from drake_mobarm.robot import (
-    APPENDIX_C,
-    WIDOWX_250,
-    ArmKinematics,
-)
-from drake_mobarm.robot.batches import CHUNK
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")

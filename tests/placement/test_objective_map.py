@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from stands import ARM, OBJECTIVE, PLAIN, limited, problem_of, random_target
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import rotation, wrap_angle
@@ -21,6 +20,14 @@ from drake_mobarm.placement.objective_map import (
 )
 from drake_mobarm.placement.problem import ToolTarget
 from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, URDF
+from helpers.stands import (
+    ARM,
+    OBJECTIVE,
+    PLAIN,
+    limited,
+    problem_of,
+    random_target,
+)
 
 pytestmark = pytest.mark.filterwarnings("error")
 

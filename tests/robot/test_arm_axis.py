@@ -2,7 +2,12 @@
 
 import numpy as np
 import pytest
-from arms import (
+
+from drake_mobarm.robot import (
+    WIDOWX_250,
+    ArmKinematics,
+)
+from helpers.arms import (
     KINDS,
     WIDOWX,
     all_arms,
@@ -11,11 +16,6 @@ from arms import (
     random_q,
     regular,
     singular_q,
-)
-
-from drake_mobarm.robot import (
-    WIDOWX_250,
-    ArmKinematics,
 )
 
 # Nothing here may warn, out of reach and singular poses included.

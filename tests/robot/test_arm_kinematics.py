@@ -4,16 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from arms import (
-    PI,
-    STRAIGHT,
-    WIDOWX,
-    all_arms,
-    frames,
-    jacobian_at,
-    pose,
-    random_q,
-)
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -30,6 +20,16 @@ from drake_mobarm.robot import (
     ArmKinematics,
 )
 from drake_mobarm.robot.shape import URDF
+from helpers.arms import (
+    PI,
+    STRAIGHT,
+    WIDOWX,
+    all_arms,
+    frames,
+    jacobian_at,
+    pose,
+    random_q,
+)
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")

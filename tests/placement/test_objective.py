@@ -11,7 +11,6 @@ from pydrake.math import RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
-from stands import ARM, ODD, PLAIN, random_joints
 
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.objective import (
@@ -21,6 +20,7 @@ from drake_mobarm.placement.objective import (
 )
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
 from drake_mobarm.robot.shape import URDF
+from helpers.stands import ARM, ODD, PLAIN, random_joints
 
 # Nothing here may warn, singular positions included.
 pytestmark = pytest.mark.filterwarnings("error")

@@ -4,7 +4,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from stands import ARM, problem_of
 
 from drake_mobarm.placement.collision import TIP_LENGTH, Surroundings
 from drake_mobarm.placement.objective_map import score_places
@@ -23,6 +22,7 @@ from drake_mobarm.world.obstacles import (
     box_corners,
     cylinder_corners,
 )
+from helpers.stands import ARM, problem_of
 
 # Stretched level along x: the arm is a line at the shoulder's height.
 STRETCHED = np.deg2rad([0, 78.7449, -78.7449, 0, 0, 0])

@@ -4,7 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arms import (
+
+from drake_mobarm.robot import (
+    APPENDIX_C,
+    WIDOWX_250,
+    ArmKinematics,
+)
+from helpers.arms import (
     KINDS,
     PI,
     PUMA_560,
@@ -18,12 +24,6 @@ from arms import (
     regular,
     singular_q,
     small,
-)
-
-from drake_mobarm.robot import (
-    APPENDIX_C,
-    WIDOWX_250,
-    ArmKinematics,
 )
 
 # Nothing here may warn, out of reach and singular poses included.

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from stands import OBJECTIVE, OPEN, TARGET, limited, problem_of
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.planner import PlannerParameters
 from drake_mobarm.placement.problem import ToolTarget, turns_freely
+from helpers.stands import OBJECTIVE, OPEN, TARGET, limited, problem_of
 
 # Targets
 

@@ -1,115 +1,33 @@
-"""What every LeafSystem of the library keeps, whatever it does."""
+"""What every LeafSystem of the library keeps, whatever it does.
 
-import importlib
+The systems are those of the shipped diagrams, fed with what reaches them there.
+"""
+
 import inspect
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
+from helpers.shipped import (
+    all_systems,
+    choices,
+    input_ports,
+    instances,
+    is_vector,
+    library_systems,
+    output_ports,
+    shipped_diagrams,
+)
 from pydrake.common.value import Value
-from pydrake.geometry import Meshcat
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import LeafSystem, PortDataType
 
-import drake_mobarm
-from drake_mobarm import signals
-from drake_mobarm.driving.systems import WaypointController
-from drake_mobarm.driving.waypoint import ControllerParameters
-from drake_mobarm.homing.avoidance import AvoidanceParameters
-from drake_mobarm.homing.filter import FilterEstimator, FilterParameters
-from drake_mobarm.homing.systems import (
-    ObstacleAvoidance,
-    StraightToTarget,
-    TargetEstimator,
+from drake_mobarm import load_scenario, signals
+from drake_mobarm.signals import SIGNALS
+
+SYSTEMS = pytest.mark.parametrize(
+    "kind", library_systems(), ids=lambda kind: kind.__name__
 )
-from drake_mobarm.homing.view import HomingView
-from drake_mobarm.placement.free_space import FreeSpace
-from drake_mobarm.placement.grid import plain_grid
-from drake_mobarm.placement.objective import (
-    ObjectiveParameters,
-    PlacementObjective,
-)
-from drake_mobarm.placement.planner import PlannerParameters, nothing_planned
-from drake_mobarm.placement.problem import StandProblem, ToolTarget
-from drake_mobarm.placement.systems import RobotPoser, StandPlanner
-from drake_mobarm.placement.view import PlacementView
-from drake_mobarm.robot.arm_kinematics import ArmKinematics
-from drake_mobarm.robot.differential_drive import DifferentialDrive
-from drake_mobarm.robot.shape import STOWED, URDF
-from drake_mobarm.sensors.beacon import (
-    NOISE_CONFIGURATIONS,
-    Beacon,
-    BeaconParameters,
-)
-from drake_mobarm.sensors.lidar import LidarParameters
-from drake_mobarm.sensors.rssi import RssiModel
-from drake_mobarm.sensors.systems import BeaconSensor, Lidar, Odometry
-from drake_mobarm.station.arm_drive import ArmDriveParameters
-from drake_mobarm.station.base_drive import BaseDriveParameters
-from drake_mobarm.station.ground_truth import BaseTruth, GroundTruthMonitor
-from drake_mobarm.station.systems import ArmDriver, BaseDriver
-
-WALL = (np.array([[2.0, 1.0]]), np.array([[2.0, -1.0]]))
-ANTENNA = np.array([0.2, 0.0])
-ESTIMATOR = (RssiModel(), ANTENNA, 20.0, 0.01)
-FREE = FreeSpace.from_outlines([], 0.27, [0.0, 0.0])
-GRID = plain_grid(FREE, 0.5)
-
-
-def make_plant():
-    plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(URDF))
-    plant.Finalize()
-    return plant
-
-
-MAKE = {
-    ArmDriver: lambda: ArmDriver(ArmDriveParameters(), list(STOWED)),
-    BaseDriver: lambda: BaseDriver(BaseDriveParameters()),
-    BaseTruth: lambda: BaseTruth(15, 29),
-    BeaconSensor: lambda: BeaconSensor(
-        BeaconParameters(), Beacon(position=[3.0, 1.0]), ANTENNA
-    ),
-    GroundTruthMonitor: lambda: GroundTruthMonitor(lambda contact: True, 50.0),
-    HomingView: lambda: HomingView(Meshcat(), [3.0, 1.0]),
-    TargetEstimator: lambda: TargetEstimator(
-        FilterEstimator(FilterParameters(), NOISE_CONFIGURATIONS[5]),
-        *ESTIMATOR,
-    ),
-    WaypointController: lambda: WaypointController(ControllerParameters()),
-    Lidar: lambda: Lidar(LidarParameters(), *WALL),
-    ObstacleAvoidance: lambda: ObstacleAvoidance(
-        AvoidanceParameters(), LidarParameters(), 0.01
-    ),
-    Odometry: lambda: Odometry(DifferentialDrive(), [1.0, 2.0, 0.3], 50.0),
-    PlacementView: lambda: PlacementView(
-        Meshcat(), [1.0, 0.0, 0.5], [1.0, 0.0, 0.0]
-    ),
-    RobotPoser: lambda: RobotPoser(make_plant()),
-    StandPlanner: lambda: StandPlanner(
-        StandProblem(
-            objective=PlacementObjective(
-                ArmKinematics(), ObjectiveParameters()
-            ),
-            target=ToolTarget(
-                position=[0.0, 0.0, 0.5], approach=[0.0, 0.0, -1.0]
-            ),
-            free=FREE,
-        ),
-        GRID,
-        PlannerParameters(delay=0.01),
-    ),
-    StraightToTarget: StraightToTarget,
-}
-ABSTRACT = {
-    "contact_results": Value(ContactResults()),
-    "placement": Value(nothing_planned(GRID)),
-}
-RAYS = 360
 VIEWS = {
     name: signals.size(view)
     for name, view in vars(signals).items()
@@ -117,153 +35,227 @@ VIEWS = {
 }
 
 
-def library_systems():
-    root = Path(drake_mobarm.__file__).parent
-    files = [
-        *root.glob("*/systems.py"),
-        *root.glob("*/view.py"),
-        root / "station" / "ground_truth.py",
-    ]
-    found = set()
-    for file in files:
-        name = ".".join(file.relative_to(root.parent).with_suffix("").parts)
-        for _, kind in inspect.getmembers(importlib.import_module(name)):
-            if (
-                inspect.isclass(kind)
-                and issubclass(kind, LeafSystem)
-                and kind.__module__ == name
-                and not kind.__name__.startswith("_")
-            ):
-                found.add(kind)
-    return found
+def robots_states(found):
+    plant = found.diagram.GetSubsystemByName("plant")
+    robot = plant.GetModelInstanceByName("mobile_arm")
+    return plant.num_multibody_states(robot)
 
 
-def documentation(kind):
-    """The docstring that tells the ports: its own or its base's."""
-    text = inspect.getdoc(kind)
-    if ".. pydrake_system::" not in text:
-        text = inspect.getdoc(TargetEstimator)
-    return text
+# What the names mean that docstrings use for sizes.
+NAMED_SIZES = {
+    "n": robots_states,
+    "positions": lambda found: found.system._plant.num_positions(),
+    "rays": lambda found: found.shipped.scenario.station.lidar.rays,
+}
 
 
 def documented_ports(kind):
-    block = documentation(kind).split(".. pydrake_system::")[1]
+    block = inspect.getdoc(kind).split(".. pydrake_system::")[1]
     block = re.split(r"\n(?=\S)", block)[0]
     return yaml.safe_load(inspect.cleandoc(block))
 
 
-def fix_inputs(system, context, rng):
-    for index in range(system.num_input_ports()):
-        port = system.get_input_port(index)
-        if port.get_data_type() == PortDataType.kAbstractValued:
-            port.FixValue(context, ABSTRACT[port.get_name()])
-        elif port.get_name() == "robot_state":
-            port.FixValue(context, [1.0, *rng.uniform(0, 1, port.size() - 1)])
-        else:
-            values = rng.uniform(0.1, 1.0, port.size())
-            if port.get_name() in ("estimated_target", "beacon_reading"):
-                values[2] = 1.0  # Known, valid: or nothing would happen.
-            elif port.get_name() == "arrived":
-                values[0] = 0.0
+def port_lines(kind):
+    """Name, size or "", and text of each port's line, in their order."""
+    paragraphs = inspect.getdoc(kind).split(".. pydrake_system::")[1]
+    return re.findall(
+        r"^- (\w+)(?: \((\w+)\))?: (.+(?:\n  .+)*)", paragraphs, re.M
+    )
+
+
+def fix_inputs(found, context, *, changed=False):
+    """Feeds what reaches a system in its diagram, or something a bit else.
+
+    Zeros and ones stay when it is changed: they mean no and yes.
+    """
+    working = found.system.GetMyContextFromRoot(found.shipped.working)
+    fresh = found.system.GetMyContextFromRoot(found.shipped.fresh)
+    for port in input_ports(found.system):
+        if is_vector(port):
+            values = port.Eval(working)
+            if changed:
+                said = (values == 0) | (values == 1)
+                values = np.where(said, values, 0.97 * values)
             port.FixValue(context, values)
+        else:
+            value = port.Eval(fresh if changed else working)
+            port.FixValue(context, Value(value))
 
 
-def outputs(system, context):
-    ports = map(system.get_output_port, range(system.num_output_ports()))
-    return np.concatenate(
-        [
-            port.Eval(context)
-            for port in ports
-            if port.get_data_type() == PortDataType.kVectorValued
-        ]
-        or [np.zeros(0)]
+def simulate(found, *, changed=False):
+    simulator = Simulator(found.system)
+    fix_inputs(found, simulator.get_mutable_context(), changed=changed)
+    return simulator
+
+
+def vectors_out(system, context):
+    """Its outputs, calculated anew, not from the cache."""
+    output = system.AllocateOutput()
+    system.CalcOutput(context, output)
+    return [
+        output.get_vector_data(port.get_index()).CopyToVector()
+        for port in output_ports(system)
+        if is_vector(port)
+    ]
+
+
+def results(system, context):
+    """What comes out of a system; its state where it has no outputs."""
+    if output_ports(system):
+        return vectors_out(system, context)
+    discrete = [
+        context.get_discrete_state(index).CopyToVector()
+        for index in range(context.num_discrete_state_groups())
+    ]
+    abstract = [
+        context.get_abstract_state(index).get_value()
+        for index in range(context.num_abstract_states())
+    ]
+    return discrete + abstract
+
+
+def differ(results, others):
+    return any(
+        not np.array_equal(a, b) for a, b in zip(results, others, strict=True)
     )
 
 
-def test_every_system_is_in_this_contract():
-    assert library_systems() == set(MAKE)
+def assert_works(results):
+    """There is a result, and none is what stands for nothing yet."""
+    assert results
+    for result in results:
+        assert np.size(result)
+        if not isinstance(result, str):
+            assert not np.isnan(result).any()
 
 
-@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
-def test_the_documented_ports_are_the_real_ones(kind):
-    system = MAKE[kind]()
-    ports = documented_ports(kind)
-    assert ports.get("input_ports", []) == [
-        system.get_input_port(i).get_name()
-        for i in range(system.num_input_ports())
-    ]
-    assert ports.get("output_ports", []) == [
-        system.get_output_port(i).get_name()
-        for i in range(system.num_output_ports())
-    ]
-
-
-@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
-def test_the_documented_sizes_are_the_real_ones(kind):
-    system = MAKE[kind]()
-    lines = {
-        name: (size, text)
-        for name, size, text in re.findall(
-            r"^- (\w+) \((\w+)\):(.*)$", documentation(kind), re.M
-        )
+def test_every_choice_of_a_scenario_is_a_variant():
+    assert {*choices(load_scenario("homing"))} >= {
+        "estimator=hybrid",
+        "avoidance=none",
     }
-    ports = [
-        *map(system.get_input_port, range(system.num_input_ports())),
-        *map(system.get_output_port, range(system.num_output_ports())),
-    ]
-    vectors = [
-        p for p in ports if p.get_data_type() == PortDataType.kVectorValued
-    ]
-    assert {p.get_name() for p in vectors} == set(lines)
-    for port in vectors:
-        size, text = lines[port.get_name()]
-        if size.isdigit():
-            assert port.size() == int(size)
-        elif size == "rays":
-            assert port.size() == RAYS
-        named = [
-            VIEWS[word] for word in re.findall(r"\w+", text) if word in VIEWS
-        ]
-        assert all(port.size() == fields for fields in named[:1])
+    assert {*choices(load_scenario("placement"))} == {
+        "avoid_collisions=false",
+        "grid=plain",
+    }
+    assert len({shipped.name for shipped in shipped_diagrams()}) >= 6
 
 
-@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
+def test_systems_are_where_they_are_looked_for():
+    ours = {
+        type(found.system)
+        for found in all_systems()
+        if type(found.system).__module__.startswith("drake_mobarm.")
+    }
+    assert ours <= set(library_systems())
+
+
+@SYSTEMS
+def test_the_system_is_in_a_shipped_diagram(kind):
+    assert instances(kind)
+
+
+@SYSTEMS
+def test_the_documented_ports_are_the_real_ones(kind):
+    ports = documented_ports(kind)
+    assert ports["name"] == kind.__name__
+    for found in instances(kind):
+        inputs = [port.get_name() for port in input_ports(found.system)]
+        outputs = [port.get_name() for port in output_ports(found.system)]
+        assert ports.get("input_ports", []) == inputs
+        assert ports.get("output_ports", []) == outputs
+        assert [name for name, _, _ in port_lines(kind)] == inputs + outputs
+
+
+@SYSTEMS
+def test_the_documented_sizes_are_the_real_ones(kind):
+    for found in instances(kind):
+        ports = input_ports(found.system) + output_ports(found.system)
+        for port, (_, size, _) in zip(ports, port_lines(kind), strict=True):
+            if not is_vector(port):
+                assert size == ""
+            elif size.isdigit():
+                assert port.size() == int(size)
+            else:
+                assert port.size() == NAMED_SIZES[size](found)
+
+
+@SYSTEMS
+def test_ports_have_the_elements_that_their_lines_name(kind):
+    for found in instances(kind):
+        ports = input_ports(found.system) + output_ports(found.system)
+        for port, (name, _, text) in zip(ports, port_lines(kind), strict=True):
+            named = [word for word in re.findall(r"\w+", text) if word in VIEWS]
+            assert all(port.size() == VIEWS[view] for view in named)
+            if name in SIGNALS:
+                assert named == [SIGNALS[name].__name__]
+
+
+def test_a_signals_name_always_stands_for_the_same_elements():
+    met = set()
+    diagrams = [shipped.diagram for shipped in shipped_diagrams()]
+    for system in [*diagrams, *(found.system for found in all_systems())]:
+        for port in input_ports(system) + output_ports(system):
+            if port.get_name() in SIGNALS:
+                met.add(port.get_name())
+                elements = SIGNALS[port.get_name()].get_fields()
+                assert port.size() == len(elements)
+    assert met == set(SIGNALS)
+
+
+@SYSTEMS
 def test_feedthrough_is_as_documented(kind):
-    system = MAKE[kind]()
-    if system.num_output_ports() == 0:
-        return
-    promised_none = "No direct feedthrough." in documentation(kind)
-    assert promised_none or "Direct feedthrough." in documentation(kind)
-    assert system.HasAnyDirectFeedthrough() != promised_none
-
-
-@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
-def test_the_same_context_gives_the_same_output(kind):
-    system = MAKE[kind]()
-    simulator = Simulator(system)
-    context = simulator.get_mutable_context()
-    fix_inputs(system, context, np.random.default_rng(0))
-    simulator.AdvanceTo(0.3)
-    once = outputs(system, context)
-    system.SetDefaultContext(system.CreateDefaultContext())
-    np.testing.assert_array_equal(outputs(system, context), once)
-    np.testing.assert_array_equal(outputs(system, context.Clone()), once)
-
-
-@pytest.mark.parametrize("kind", MAKE, ids=lambda kind: kind.__name__)
-def test_two_contexts_never_meet(kind):
-    system = MAKE[kind]()
-    alone, beside = (Simulator(system) for _ in range(2))
-    fix_inputs(system, alone.get_mutable_context(), np.random.default_rng(1))
-    fix_inputs(system, beside.get_mutable_context(), np.random.default_rng(2))
-    alone.AdvanceTo(0.313)
-    expected = outputs(system, alone.get_context())
-    assert not np.isnan(expected).any()
-    again = Simulator(system)
-    fix_inputs(system, again.get_mutable_context(), np.random.default_rng(1))
-    for time in (0.053, 0.123, 0.203, 0.313):
-        beside.AdvanceTo(time)
-        again.AdvanceTo(time)
-    np.testing.assert_array_equal(
-        outputs(system, again.get_context()), expected
+    said = re.findall(
+        r"^(?:No d|D)irect feedthrough\.$", inspect.getdoc(kind), re.M
     )
+    for found in instances(kind):
+        if not output_ports(found.system):
+            assert said == []
+        elif found.system.HasAnyDirectFeedthrough():
+            assert said == ["Direct feedthrough."]
+        else:
+            assert said == ["No direct feedthrough."]
+
+
+@SYSTEMS
+def test_the_same_context_gives_the_same_output(kind):
+    for found in instances(kind):
+        simulator = simulate(found)
+        simulator.AdvanceTo(0.3)
+        context = simulator.get_context()
+        once = results(found.system, context)
+        assert_works(once)
+        # What calculates it again may have met another context meanwhile.
+        simulate(found, changed=True).AdvanceTo(0.1)
+        assert not differ(results(found.system, context), once)
+        assert not differ(results(found.system, context.Clone()), once)
+
+
+@SYSTEMS
+def test_the_same_context_goes_on_in_the_same_way(kind):
+    for found in instances(kind):
+        simulator = simulate(found)
+        simulator.AdvanceTo(0.1)
+        ends = []
+        for _ in range(2):
+            going_on = Simulator(found.system, simulator.get_context().Clone())
+            going_on.AdvanceTo(0.3)
+            ends.append(results(found.system, going_on.get_context()))
+        assert_works(ends[0])
+        assert not differ(*ends)
+
+
+@SYSTEMS
+def test_two_contexts_never_meet(kind):
+    for found in instances(kind):
+        alone = simulate(found)
+        alone.AdvanceTo(0.313)
+        expected = results(found.system, alone.get_context())
+        assert_works(expected)
+        beside, again = simulate(found, changed=True), simulate(found)
+        for time in (0.053, 0.123, 0.203, 0.313):
+            beside.AdvanceTo(time)
+            again.AdvanceTo(time)
+        assert not differ(results(found.system, again.get_context()), expected)
+        # They would not have met if nothing had come of what is fed.
+        assert differ(results(found.system, beside.get_context()), expected)

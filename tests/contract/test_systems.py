@@ -9,6 +9,11 @@ import re
 import numpy as np
 import pytest
 import yaml
+from pydrake.common.value import Value
+from pydrake.systems.analysis import Simulator
+
+from drake_mobarm import load_scenario, signals
+from drake_mobarm.signals import SIGNALS
 from helpers.shipped import (
     all_systems,
     choices,
@@ -19,11 +24,6 @@ from helpers.shipped import (
     output_ports,
     shipped_diagrams,
 )
-from pydrake.common.value import Value
-from pydrake.systems.analysis import Simulator
-
-from drake_mobarm import load_scenario, signals
-from drake_mobarm.signals import SIGNALS
 
 SYSTEMS = pytest.mark.parametrize(
     "kind", library_systems(), ids=lambda kind: kind.__name__

@@ -1,4 +1,4 @@
-"""What can go wrong, in one clear line each."""
+"""The errors that the library raises on purpose, one clear line each."""
 
 
 class MobarmError(Exception):

@@ -1,4 +1,4 @@
-"""A base for what the Context keeps and nobody changes."""
+"""A base for states that a Context keeps without copying them."""
 
 from typing import Any, Self
 

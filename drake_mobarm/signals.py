@@ -7,9 +7,9 @@ from pydrake.common.containers import namedview
 from drake_mobarm.joints import ARM_JOINTS
 
 
-def size(view: Any) -> int:
-    """The number of elements of one of the vectors below."""
-    return len(view.get_fields())
+def size(elements: Any) -> int:
+    """The number of elements of one of the named views below."""
+    return len(elements.get_fields())
 
 
 PlanarPose = namedview("PlanarPose", ["x", "y", "yaw"])

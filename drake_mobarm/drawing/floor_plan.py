@@ -13,7 +13,7 @@ from drake_mobarm.world.world import World
 
 
 def draw_floor_plan(axes: Axes, world: World) -> None:
-    """What the robot could touch, grey; what its lidar sees of it, darker."""
+    """Draws what the robot could touch, and, darker, what its lidar sees."""
     scanned = (LIDAR_HEIGHT, LIDAR_HEIGHT)
     for heights, color in ((HEIGHTS, "#dadce0"), (scanned, GREY)):
         shapes = [Polygon(o) for o in outlines(world.obstacles, *heights)]
@@ -28,7 +28,7 @@ def draw_floor_plan(axes: Axes, world: World) -> None:
 def draw_robot(
     axes: Axes, pose: Array, label: str, *, see_through: bool = False
 ) -> None:
-    """The robot's outline, its heading, and what it is doing there."""
+    """Draws the robot's outline and heading, with a label below."""
     x, y, yaw = pose
     axes.add_patch(
         Circle(
@@ -59,7 +59,7 @@ def draw_robot(
 
 
 def frame_building(axes: Axes, world: World, points: Array) -> None:
-    """Shows the whole building, or the points (n, 2) where there is none."""
+    """Sets the limits so that the whole building and points (n, 2) show."""
     shapes = outlines(world.obstacles, *HEIGHTS)
     points = np.vstack([points, *shapes])
     low, high = points.min(axis=0) - 0.8, points.max(axis=0) + 0.8

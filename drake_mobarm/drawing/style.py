@@ -1,4 +1,4 @@
-"""How all pictures look."""
+"""Colours and matplotlib settings that all pictures share."""
 
 from typing import Any
 

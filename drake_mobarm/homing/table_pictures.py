@@ -1,4 +1,4 @@
-"""Figures of the homing tables, after Figures 2.2, 2.6, 2.7 and A.1 to A.3."""
+"""Pictures of the homing tables, after Figures 2.2, 2.6, 2.7, A.1 to A.3."""
 
 from collections.abc import Callable, Sequence
 from typing import Any

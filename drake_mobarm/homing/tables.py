@@ -180,7 +180,7 @@ def _target_in_quadrant(rng: np.random.Generator, quadrant: int) -> list[float]:
 def _places(
     rng: np.random.Generator, start_room: str, target_room: str
 ) -> tuple[list[float], list[float]]:
-    """Uniform over the floor of each room that the robot can reach."""
+    """Start and target, uniform over the reachable floor of their rooms."""
     while True:
         places = []
         for room in (start_room, target_room):

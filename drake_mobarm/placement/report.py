@@ -44,9 +44,9 @@ def draw_map(run: RunRecord) -> Figure:
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.6), layout="constrained")
         plan, close = figure.subplots(1, 2, width_ratios=(1.25, 1))
-        for axes, gap in ((plan, 0.0), (close, 0.3)):
+        for axes, line_width in ((plan, 0.0), (close, 0.3)):
             draw_floor_plan(axes, world)
-            shades = _draw_squares(axes, placement, gap)
+            shades = _draw_squares(axes, placement, line_width)
             if placement.stand is not None:
                 draw_robot(axes, placement.stand.pose, "", see_through=True)
             _draw_target(axes, scenario)
@@ -138,7 +138,7 @@ def write_squares(run: RunRecord, folder: Path) -> None:
 
 
 def _draw_squares(
-    axes: Axes, placement: Placement, gap: float
+    axes: Axes, placement: Placement, line_width: float
 ) -> PolyCollection:
     corners = placement.grid.corners()
     axes.add_collection(
@@ -146,7 +146,7 @@ def _draw_squares(
             list(corners),
             facecolor="#e8eef7",
             edgecolor="white",
-            linewidth=gap,
+            linewidth=line_width,
             zorder=1.5,
         )
     )
@@ -157,7 +157,7 @@ def _draw_squares(
         norm=LogNorm(best, _SHADED_UP_TO * best),
         cmap="viridis",
         edgecolor="white",
-        linewidth=gap,
+        linewidth=line_width,
         zorder=2,
     )
     axes.add_collection(shaded)

@@ -97,7 +97,12 @@ def outlines_to_segments(outlines: list[Array]) -> tuple[Array, Array]:
 
 
 def inside(polygon: Array, points: Array) -> NDArray[np.bool_]:
-    """Whether points [m], (..., 2), lie in a counter-clockwise convex one."""
+    """Whether points [m], (..., 2), lie in a convex polygon.
+
+    Args:
+        polygon: its corners, counter-clockwise [m], (k, 2).
+        points: [m], (..., 2); those on the edge are inside.
+    """
     side = np.roll(polygon, -1, axis=0) - polygon
     to_point = points[..., None, :] - polygon
     cross = side[:, 0] * to_point[..., 1] - side[:, 1] * to_point[..., 0]
@@ -117,8 +122,8 @@ def clearance(outlines: list[Array], points: Array) -> Array:
         along = np.clip(
             np.sum(to_point * side, axis=-1) / np.sum(side**2, axis=-1), 0, 1
         )
-        gap = np.linalg.norm(to_point - along[..., None] * side, axis=-1)
-        distance = np.where(inside(polygon, points), 0.0, gap.min(axis=-1))
+        to_side = np.linalg.norm(to_point - along[..., None] * side, axis=-1)
+        distance = np.where(inside(polygon, points), 0.0, to_side.min(axis=-1))
         nearest = np.minimum(nearest, distance)
     return nearest
 
@@ -144,8 +149,9 @@ def signed_distance(outline: Array, point: Array) -> tuple[Array, Array]:
         return depth[deepest : deepest + 1], normal[deepest : deepest + 1]
     along = np.clip(np.sum(to_point * side, axis=1) / length**2, 0, 1)
     away = to_point - along[:, None] * side
-    gap = np.linalg.norm(away, axis=1)
-    nearest = int(np.argmin(gap))
-    if gap[nearest] == 0:
+    distance = np.linalg.norm(away, axis=1)
+    nearest = int(np.argmin(distance))
+    if distance[nearest] == 0:
         return np.zeros(1), normal[deepest : deepest + 1]
-    return gap[nearest : nearest + 1], away[nearest][None] / gap[nearest]
+    direction = away[nearest][None] / distance[nearest]
+    return distance[nearest : nearest + 1], direction

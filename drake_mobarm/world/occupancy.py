@@ -63,7 +63,7 @@ class OccupancyGrid:
         return distance * self.cell
 
     def regions(self, radius: float) -> NDArray[np.int_]:
-        """Numbers what a disc of `radius` [m] can reach without leaving it.
+        """Numbers the regions in which a disc of `radius` [m] can move.
 
         Returns:
             (ny, nx): 0 where the disc cannot stand, 1 for the region that

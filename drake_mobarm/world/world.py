@@ -1,4 +1,4 @@
-"""What a world is, whoever reads it."""
+"""A world as plain data, which laws use without loading Drake."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
-from drake_mobarm.exceptions import ParameterError
+from helpers.refusals import assert_refused
 
 ANGLE = st.floats(-math.pi, math.pi)
 COORDINATE = st.floats(-20, 20)
@@ -72,8 +72,7 @@ def test_no_command_on_the_target():
     ],
 )
 def test_what_is_not_finite_is_refused(pose, target, limit, name):
-    with pytest.raises(ParameterError, match=name):
-        drive_to(pose, target, GAINS, speed_limit=limit)
+    assert_refused(name, drive_to, pose, target, GAINS, speed_limit=limit)
 
 
 @pytest.mark.parametrize(
@@ -87,8 +86,7 @@ def test_what_is_not_finite_is_refused(pose, target, limit, name):
     ],
 )
 def test_invalid_parameters_are_refused_by_name(field, value):
-    with pytest.raises(ParameterError, match=field):
-        ControllerParameters(**{field: value})
+    assert_refused(field, ControllerParameters, **{field: value})
 
 
 @pytest.mark.parametrize("bearing", [0.0, 1.0, 2.0, 3.14, -2.5])

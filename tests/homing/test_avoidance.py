@@ -9,14 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from drake_mobarm.driving.gaps import (
-    free_along,
-    free_around,
     free_length,
     unit,
 )
-from drake_mobarm.driving.scan import fill_missing
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
-from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.avoidance import (
     AvoidanceParameters,
@@ -27,17 +23,13 @@ from drake_mobarm.homing.avoidance import (
 )
 from drake_mobarm.sensors.lidar import cast_rays
 from drake_mobarm.world.obstacles import clearance, outlines_to_segments
+from helpers.refusals import assert_refused
+from helpers.shapes import rectangle
 
 PARAMETERS = AvoidanceParameters()
 RANGE_MAX = 12.0
 FREE = np.full(360, RANGE_MAX)
 STILL = (0.0, 0.0)
-
-
-def box(x_min: float, x_max: float, y_min: float, y_max: float) -> Array:
-    return np.array(
-        [[x_min, y_min], [x_max, y_min], [x_max, y_max], [x_min, y_max]]
-    )
 
 
 def scan(boxes: list[Array], pose: ArrayLike) -> Array:
@@ -123,7 +115,7 @@ def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
 
 def test_corridor_counts_and_not_the_middle_ray_alone() -> None:
     # 0.2 m beside the straight way: no ray to the target meets it.
-    post = box(2.0, 2.1, 0.2, 0.3)
+    post = rectangle(2.0, 0.2, 2.1, 0.3)
     state = first_update([post], (4, 0))
     assert state.rule == "gap"
     assert state.waypoint[1] < 0
@@ -131,7 +123,7 @@ def test_corridor_counts_and_not_the_middle_ray_alone() -> None:
 
 
 def test_waypoint_leads_through_the_opening_of_a_wall() -> None:
-    wall = [box(2, 2.1, -3, 0.6), box(2, 2.1, 1.8, 5)]
+    wall = [rectangle(2, -3, 2.1, 0.6), rectangle(2, 1.8, 2.1, 5)]
     state = first_update(wall, (4, 0))
     way = state.waypoint / state.waypoint[0]
     assert 0.6 + 0.27 < 2.05 * way[1] < 1.8 - 0.27
@@ -143,7 +135,7 @@ def test_only_a_doorway_wider_than_the_robot_is_passed(
     width: float, passes: bool
 ) -> None:
     # The other way round, past the wall's end, is much longer.
-    wall = [box(2, 2.1, -8, -width / 2), box(2, 2.1, width / 2, 3)]
+    wall = [rectangle(2, -8, 2.1, -width / 2), rectangle(2, width / 2, 2.1, 3)]
     path, _ = drive(wall, (4, 0))
     assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
     crossing = path[np.argmax(path[:, 0] > 2.05), 1]
@@ -152,9 +144,9 @@ def test_only_a_doorway_wider_than_the_robot_is_passed(
 
 def test_a_u_shaped_trap_is_left_without_touching() -> None:
     trap = [
-        box(2, 2.2, -1.5, 1.5),
-        box(-0.5, 2, 1.3, 1.5),
-        box(-0.5, 2, -1.5, -1.3),
+        rectangle(2, -1.5, 2.2, 1.5),
+        rectangle(-0.5, 1.3, 2, 1.5),
+        rectangle(-0.5, -1.5, 2, -1.3),
     ]
     path, _ = drive(trap, (4, 0.3))
     assert np.hypot(*(path[-1, :2] - (4, 0.3))) < 0.3
@@ -163,8 +155,8 @@ def test_a_u_shaped_trap_is_left_without_touching() -> None:
 
 
 def test_unseen_things_are_backed_off_from_and_gone_round() -> None:
-    table = box(1.5, 2.5, -0.6, 0.5)
-    path, states = drive([box(9, 9.1, -9, 9)], (4, 0), unseen=[table])
+    table = rectangle(1.5, -0.6, 2.5, 0.5)
+    path, states = drive([rectangle(9, -9, 9.1, 9)], (4, 0), unseen=[table])
     assert np.hypot(*(path[-1, :2] - (4, 0))) < 0.3
     assert any(s.speed_limit < 0 for s in states)
     touched = states[-1].touched
@@ -202,7 +194,7 @@ def test_a_stall_backs_off_and_closes_that_direction() -> None:
 
 
 def test_backing_off_stops_before_what_is_seen_behind() -> None:
-    wall = box(-0.5, -0.33, -1, 1)
+    wall = rectangle(-0.5, -1, -0.33, 1)
     state = initial_state()
     for _ in range(10):
         state = update(
@@ -242,7 +234,7 @@ def test_turning_in_place_that_does_not_turn_is_a_stall() -> None:
 
 
 def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
-    wall = [box(2, 2.1, -3, 0.6), box(2, 2.1, 1.8, 5)]
+    wall = [rectangle(2, -3, 2.1, 0.6), rectangle(2, 1.8, 2.1, 5)]
     ranges = scan(wall, (0, 0, 0))
     whole = first_update(wall, (4, 0))
     ranges[::3] = np.nan
@@ -268,7 +260,7 @@ def test_a_target_that_is_not_finite_stops(target: tuple[float, float]) -> None:
 
 @given(st.floats(0.3, 3.0))
 def test_speed_stops_before_the_wall_ahead(distance: float) -> None:
-    wall = box(0.27 + distance, 5, -6, 6)
+    wall = rectangle(0.27 + distance, -6, 5, 6)
     state = first_update([wall], (9, 0))
     # From the limit, at the robot's 1 m/s^2, and in one update's time.
     assert state.speed_limit**2 / 2 < distance
@@ -291,7 +283,7 @@ def test_a_mirrored_scene_gives_the_mirrored_waypoint(
     corners: list[tuple[float, float, float, float]], y: float
 ) -> None:
     ranges = scan(
-        [box(a, a + c, b, b + d) for a, b, c, d in corners], (0, 0, 0)
+        [rectangle(a, b, a + c, b + d) for a, b, c, d in corners], (0, 0, 0)
     )
     # Behind stays behind; a target straight behind a box would be a tie.
     mirrored = np.roll(ranges[::-1], 1)
@@ -315,7 +307,7 @@ def test_a_mirrored_scene_gives_the_mirrored_waypoint(
 
 def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
     rng = np.random.default_rng(1)
-    pillar = box(2, 3, -0.5, 0.5)
+    pillar = rectangle(2, -0.5, 3, 0.5)
     state, sides = initial_state(), set()
     for _ in range(100):
         target = rng.normal((6, 0), 0.5)
@@ -339,39 +331,6 @@ def test_state_is_not_changed_by_an_update() -> None:
     assert before.target is None
 
 
-def test_free_length_is_that_of_a_disc() -> None:
-    # A disc of 0.5 m meets a point 0.3 m aside 0.4 m before it.
-    points = np.array([[2.0, 0.3], [1.0, 0.6], [-1.0, 0.0]])
-    assert free_length(0.0, points, 0.5) == pytest.approx(1.6)
-
-
-@settings(max_examples=30)
-@given(st.integers(0, 1000))
-def test_free_lengths_around_are_those_one_by_one(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    points = rng.uniform(-4, 4, (50, 2))
-    around = free_around(0.3, 90, points, 0.33, 12.0)
-    angles = 0.3 + 2 * np.pi * np.arange(90) / 90
-    single = [min(free_length(float(a), points, 0.33), 12.0) for a in angles]
-    np.testing.assert_allclose(around, single, atol=1e-3)
-
-
-def test_free_along_finds_what_blocks_a_leg() -> None:
-    points = np.array([[2.0, 0.1], [2.0, 1.4]])
-    starts = np.array([[0.0, 0.0], [0.0, 3.0]])
-    met = free_along(starts, np.array([4.0, 0.0]), points, 0.3)
-    assert met[0] == pytest.approx(2.0, abs=0.01)
-    assert 2.0 < met[1] < 3.0
-    assert np.isinf(
-        free_along(starts, np.array([4.0, 0.0]), points[:1] + 9, 0.3)
-    ).all()
-
-
-def test_missing_ranges_are_interpolated_around_the_turn() -> None:
-    ranges = np.array([np.nan, 2.0, 3.0, 4.0])
-    np.testing.assert_allclose(fill_missing(ranges), [3.0, 2.0, 3.0, 4.0])
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -383,12 +342,11 @@ def test_missing_ranges_are_interpolated_around_the_turn() -> None:
     ],
 )
 def test_a_parameter_out_of_range_is_named(name: str, value: float) -> None:
-    with pytest.raises(ParameterError, match=name):
-        replace(PARAMETERS, **{name: value})  # type: ignore[arg-type]
+    assert_refused(name, replace, PARAMETERS, **{name: value})
 
 
 def test_without_a_gain_the_boundary_is_followed_on_one_side() -> None:
-    pillar = box(2, 3, -0.5, 0.4)
+    pillar = rectangle(2, -0.5, 3, 0.4)
     ranges = scan([pillar], (0, 0, 0))
     state, rules, sides = initial_state(), [], set()
     for _ in range(90):

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.homing.vector import (
     time_weights,
     vector_position,
     weighted_position,
 )
+from helpers.refusals import assert_refused
 
 COORDINATE = st.floats(-20, 20)
 
@@ -59,5 +59,4 @@ def test_weighted_position_prefers_the_newest():
     ("n", "tau", "name"), [(0, 1.0, "n"), (3, 0.0, "tau"), (3, -1.0, "tau")]
 )
 def test_weights_refuse_what_is_out_of_range(n, tau, name):
-    with pytest.raises(ParameterError, match=f"^{name} "):
-        time_weights(n, tau)
+    assert_refused(name, time_weights, n, tau)

@@ -28,6 +28,7 @@ from drake_mobarm.world.obstacles import (
     outlines,
 )
 from drake_mobarm.world.sdf import load_world
+from helpers.shapes import rectangle
 from helpers.stands import (
     ARM,
     OBJECTIVE,
@@ -69,13 +70,6 @@ def assert_reaches(stand, target, arm=ARM):
     np.testing.assert_allclose(tip, target.p_WT, atol=1e-6)
     np.testing.assert_allclose(approach, target.a_W, atol=1e-6)
     assert np.all((stand.q >= arm.lower) & (stand.q <= arm.upper))
-
-
-def rectangle(x_low, y_low, x_high, y_high):
-    return np.array(
-        [(x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high)],
-        dtype=float,
-    )
 
 
 def hall(names, *shapes):

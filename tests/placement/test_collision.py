@@ -1,7 +1,5 @@
 """Collisions of the arm, against boxes, lines and the model."""
 
-from xml.etree import ElementTree
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,6 @@ from drake_mobarm.robot.shape import (
     GRIPPER,
     LINK_RADIUS,
     RADIUS,
-    URDF,
-    WAIST_COLUMN,
 )
 from drake_mobarm.world.obstacles import (
     Obstacle,
@@ -177,82 +173,6 @@ def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
         assert hit[near].all()
         if p_AT[2] < 0.13:
             assert hit.all()
-
-
-# The shape is that of the model
-
-
-def numbers(text):
-    return np.array([float(x) for x in text.split()])
-
-
-@pytest.fixture(scope="module")
-def model():
-    return ElementTree.parse(URDF)
-
-
-def collisions(model, link):
-    """Name -> centre in the link's frame [m] and shape, as the URDF has it."""
-    return {
-        collision.attrib["name"]: (
-            numbers(collision.find("origin").attrib["xyz"]),
-            collision.find("geometry")[0],
-        )
-        for collision in model.findall(f"./link[@name='{link}']/collision")
-    }
-
-
-def joint_origin(model, name):
-    joint = model.find(f"./joint[@name='{name}']/origin")
-    return numbers(joint.attrib["xyz"])
-
-
-def test_the_balls_are_a_centimetre_thicker_than_the_models_thickest_link(
-    model,
-):
-    radii = [
-        float(shape.attrib["radius"])
-        for link in model.iter("link")
-        if link.attrib["name"] != "base"
-        for shape in link.findall("./collision/geometry/*")
-        if shape.tag.endswith("capsule")
-    ]
-    assert len(radii) == 4
-    assert max(radii) + 0.01 == pytest.approx(LINK_RADIUS, abs=1e-9)
-    assert min(radii) > LINK_RADIUS - 0.02
-
-
-def test_the_waists_column_is_that_of_the_model(model):
-    centre, cylinder = collisions(model, "shoulder")["shoulder"]
-    radius, height = WAIST_COLUMN
-    assert float(cylinder.attrib["radius"]) == radius
-    np.testing.assert_array_equal(centre[:2], 0.0)
-    # The waist lifts the shoulder's frame over the arm's base.
-    top = centre[2] + float(cylinder.attrib["length"]) / 2
-    top += joint_origin(model, "waist")[2]
-    assert top == pytest.approx(height, abs=1e-9)
-
-
-def test_the_grippers_balls_cover_the_sides_of_the_models_gripper(model):
-    centre, box_shape = collisions(model, "hand")["gripper"]
-    along, aside = GRIPPER
-    # From the wrist's centre; the hand's frame is at the last joint.
-    middle = joint_origin(model, "wrist_rotate") + centre
-    assert middle[0] == pytest.approx(along, abs=1e-9)
-    assert middle[1] == 0
-    _, half_width, half_height = numbers(box_shape.attrib["size"]) / 2
-    # The farther edge of the side's face, from the ball's centre.
-    edge = np.hypot(half_width - aside, half_height + abs(middle[2]))
-    assert edge < LINK_RADIUS
-    assert half_width <= aside + LINK_RADIUS
-    assert half_width > aside + LINK_RADIUS - 0.025
-
-
-def test_the_chassis_is_that_of_the_model(model):
-    centre, cylinder = collisions(model, "base")["chassis"]
-    assert float(cylinder.attrib["radius"]) == RADIUS
-    top = centre[2] + float(cylinder.attrib["length"]) / 2
-    assert top == pytest.approx(CHASSIS_TOP, abs=1e-9)
 
 
 # The map

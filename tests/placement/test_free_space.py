@@ -12,13 +12,8 @@ from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.sdf import load_world
-
-
-def rectangle(x_low, y_low, x_high, y_high):
-    return np.array(
-        [(x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high)],
-        dtype=float,
-    )
+from helpers.refusals import assert_refused
+from helpers.shapes import rectangle
 
 
 def walls(x_low, y_low, x_high, y_high, thickness=0.1):
@@ -221,5 +216,4 @@ def test_start_that_is_not_free_is_refused_in_one_line(start):
 )
 def test_value_that_makes_no_sense_is_refused_by_its_name(name, change):
     values = {"radius": 0.1, "start": [1, 1], "bounds": HALL} | change
-    with pytest.raises(ParameterError, match=name):
-        FreeSpace.from_outlines([], **values)
+    assert_refused(name, FreeSpace.from_outlines, [], **values)

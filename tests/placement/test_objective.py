@@ -8,8 +8,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from pydrake.math import RollPitchYaw
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
 
 from drake_mobarm.joints import ARM_JOINTS
@@ -19,8 +17,8 @@ from drake_mobarm.placement.objective import (
     Scores,
 )
 from drake_mobarm.robot import APPENDIX_C, WIDOWX_250, ArmKinematics
-from drake_mobarm.robot.shape import URDF
 from helpers.stands import ARM, ODD, PLAIN, random_joints
+from helpers.urdf import set_arm
 
 # Nothing here may warn, singular positions included.
 pytestmark = pytest.mark.filterwarnings("error")
@@ -75,21 +73,11 @@ def test_no_weight_of_zero_makes_nan_of_a_singularity(weight):
 # (4.3), (4.10) to (4.12) from Drake's plant
 
 
-@pytest.fixture(scope="module")
-def plant():
-    plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(URDF))
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
-    plant.Finalize()
-    return plant
-
-
 def scores_by_drake(plant, q, p, payload_force=0.0):
     """The parts, (4.2) to (4.12) one after the other as printed."""
     context = plant.CreateDefaultContext()
     joints = [plant.GetJointByName(name) for name in ARM_JOINTS]
-    for joint, angle in zip(joints, q, strict=True):
-        joint.set_angle(context, angle)
+    set_arm(plant, context, q)
     columns = [joint.velocity_start() for joint in joints]
 
     def jacobian(frame):

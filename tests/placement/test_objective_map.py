@@ -7,19 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import rotation, wrap_angle
-from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.placement.objective_map import (
     score_places,
     waist_at,
 )
 from drake_mobarm.placement.problem import ToolTarget
-from drake_mobarm.robot.shape import ARM_BASE_HEIGHT, URDF
+from drake_mobarm.robot.shape import ARM_BASE_HEIGHT
 from helpers.stands import (
     ARM,
     OBJECTIVE,
@@ -28,6 +25,7 @@ from helpers.stands import (
     problem_of,
     random_target,
 )
+from helpers.urdf import set_arm
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -86,15 +84,6 @@ def tool_pose(pose, q):
     return X @ shifted(0.093575, 0, 0)
 
 
-@pytest.fixture(scope="module")
-def plant():
-    plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(URDF))
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
-    plant.Finalize()
-    return plant
-
-
 # Places
 
 
@@ -110,8 +99,7 @@ def test_forward_kinematics_of_these_tests_is_drakes(plant):
     context = plant.CreateDefaultContext()
     rng = np.random.default_rng(0)
     for q in rng.uniform(ARM.lower, ARM.upper, (5, 6)):
-        for name, angle in zip(ARM_JOINTS, q, strict=True):
-            plant.GetJointByName(name).set_angle(context, angle)
+        set_arm(plant, context, q)
         X_WT = plant.GetFrameByName("tool").CalcPoseInWorld(context)
         np.testing.assert_allclose(
             tool_pose([0, 0, 0], q), X_WT.GetAsMatrix4(), atol=1e-12

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.robot import (
     WIDOWX_250,
     ArmKinematics,
 )
 from helpers.arms import PI, WIDOWX, apart, pose
+from helpers.refusals import assert_refused
 
 # Nothing here may warn, out of reach and singular poses included.
 pytestmark = pytest.mark.filterwarnings("error")
@@ -66,13 +66,6 @@ def spoilt(**entries):
     for where, value in entries.items():
         X_BT[int(where[1]), int(where[2])] = value
     return X_BT
-
-
-def assert_refused(name, call, *arguments, **keywords):
-    with pytest.raises(ParameterError, match=rf"^{name}\b") as caught:
-        call(*arguments, **keywords)
-    assert "\n" not in str(caught.value)
-    assert "valid is" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,12 @@ from pydrake.multibody.tree import BodyIndex, MultibodyForces
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 from drake_mobarm.robot.shape import STOWED, URDF
+from helpers.bases import HAND_WORKED
+from helpers.refusals import assert_refused
+from helpers.urdf import set_arm
 
 SPEED = st.floats(-2, 2)
 PAIR = st.tuples(SPEED, SPEED)
@@ -54,8 +56,7 @@ def stowed():
     """A plant whose base stands at the origin, the arm stowed."""
     _, plant = add_robot(0.0)
     context = plant.CreateDefaultContext()
-    for name, angle in zip(ARM_JOINTS, STOWED, strict=True):
-        plant.GetJointByName(name).set_angle(context, angle)
+    set_arm(plant, context, STOWED)
     return plant, context
 
 
@@ -182,8 +183,7 @@ def test_wheels_figures_and_limits_are_those_of_the_plant(stowed):
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_figure_out_of_range_is_refused_by_name(name, value):
-    with pytest.raises(ParameterError, match=rf"\b{name} is"):
-        DifferentialDrive(**{name: value})
+    assert_refused(name, DifferentialDrive, **{name: value})
 
 
 # Dynamics
@@ -196,15 +196,7 @@ def test_no_torque_is_needed_to_stand_or_to_roll_straight():
 
 
 def test_torques_of_a_start_and_of_a_turn_are_worked_by_hand():
-    base = DifferentialDrive(
-        wheel_radius=0.1,
-        track=0.4,
-        mass=30.0,
-        body_mass=20.0,
-        com_offset=0.1,
-        inertia=1.0,
-        wheel_inertia=0.01,
-    )
+    base = HAND_WORKED
     # 30 + 2 kg at 0.5 m/s^2: 16 N, or 1.6 N m, shared by two wheels.
     np.testing.assert_allclose(base.wheel_torques([0, 0], [0.5, 0]), [0.8, 0.8])
     # 1 + 0.08 kg m^2 at 2 rad/s^2: 2.16 N m; 5.4 N at each rim.
@@ -287,10 +279,9 @@ def test_plant_on_the_ground_speeds_up_as_the_torques_ask(wanted):
     diagram, plant = add_robot(0.002, ground=True)
     simulator = Simulator(diagram)
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
-    for name, angle in zip(ARM_JOINTS, STOWED, strict=True):
-        joint = plant.GetJointByName(name)
-        joint.set_angle(context, angle)
-        joint.Lock(context)
+    set_arm(plant, context, STOWED)
+    for name in ARM_JOINTS:
+        plant.GetJointByName(name).Lock(context)
     torques = DifferentialDrive().wheel_torques([0, 0], wanted)
     names = ["wheel_left", "wheel_right"]
     actuation = np.zeros(plant.num_actuators())

@@ -4,18 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from pydrake.geometry import Box, Capsule, Cylinder, Sphere
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.robot.shape import ANTENNA_POSITION, HEIGHTS, STOWED, URDF
-from drake_mobarm.station.parameters import StationParameters
-from drake_mobarm.world.sdf import load_world
+from drake_mobarm.robot.shape import ANTENNA_POSITION, STOWED
 
 PI = math.pi
 
@@ -84,33 +76,6 @@ INERTIAS = {
         (7.633e-5, 1.2690e-4, 1.5608e-4, 9.1e-7, 1.706e-5, 3.2e-7),
     ),
 }
-
-
-class Robot:
-    def __init__(self):
-        builder = DiagramBuilder()
-        self.plant, self.scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-        Parser(self.plant).AddModels(str(URDF))
-        self.plant.Finalize()
-        self.diagram = builder.Build()
-
-    def pose(self, q):
-        """The diagram's and the plant's context with the arm at `q`."""
-        root = self.diagram.CreateDefaultContext()
-        context = self.plant.GetMyMutableContextFromRoot(root)
-        for name, angle in zip(ARM_JOINTS, q, strict=True):
-            self.plant.GetJointByName(name).set_angle(context, angle)
-        return root, context
-
-    def frame(self, name, within, q=(0, 0, 0, 0, 0, 0)):
-        _, context = self.pose(q)
-        frame = self.plant.GetFrameByName(name)
-        return frame.CalcPose(context, self.plant.GetFrameByName(within))
-
-
-@pytest.fixture(scope="module")
-def robot():
-    return Robot()
 
 
 # Joints
@@ -184,6 +149,13 @@ def test_only_wheels_and_arm_are_driven(robot):
     assert driven == {"wheel_left", "wheel_right", *ARM_JOINTS}
     # Six speeds of the floating base, two wheels, six joints.
     assert robot.plant.num_velocities() == 14
+
+
+def test_stowed_pose_is_within_the_joints_limits():
+    for angle, (*_, lower, upper, _) in zip(
+        STOWED, CHAIN.values(), strict=True
+    ):
+        assert lower < angle < upper
 
 
 # Frames
@@ -298,153 +270,3 @@ def test_links_without_a_published_mass_have_none(robot):
         body = robot.plant.get_body(BodyIndex(number))
         if body.name() not in INERTIAS:
             assert body.default_mass() == 0
-
-
-# Shapes
-
-
-def collision_shapes(robot, q):
-    """Body's name, shape and pose X_BG in the base of every geometry."""
-    _, context = robot.pose(q)
-    X_BW = robot.plant.GetBodyByName("base").EvalPoseInWorld(context).inverse()
-    inspector = robot.scene_graph.model_inspector()
-    for number in range(1, robot.plant.num_bodies()):
-        body = robot.plant.get_body(BodyIndex(number))
-        X_BL = X_BW @ body.EvalPoseInWorld(context)
-        for geometry in robot.plant.GetCollisionGeometriesForBody(body):
-            yield (
-                body.name(),
-                inspector.GetShape(geometry),
-                X_BL @ inspector.GetPoseInFrame(geometry),
-            )
-
-
-def farthest_from_the_axis(shape, X_BG):
-    """An upper bound of a shape's distance from the base's vertical."""
-    if isinstance(shape, Box):
-        points = 0.5 * shape.size() * np.array(list(np.ndindex(2, 2, 2)))
-        points, rim = 2 * points - 0.5 * shape.size(), 0.0
-    elif isinstance(shape, (Capsule, Cylinder)):
-        points = np.array([[0, 0, -0.5], [0, 0, 0.5]]) * shape.length()
-        rim = shape.radius()
-    else:
-        assert isinstance(shape, Sphere)
-        points, rim = np.zeros((1, 3)), shape.radius()
-    p_BP = X_BG.multiply(points.T)
-    return np.hypot(p_BP[0], p_BP[1]).max() + rim
-
-
-def test_stowed_arm_stays_within_the_bases_disc(robot):
-    names = set()
-    for name, shape, X_BG in collision_shapes(robot, STOWED):
-        if not name.startswith(("wheel", "caster")):
-            names.add(name)
-            assert farthest_from_the_axis(shape, X_BG) <= 0.27
-    assert names == {"base", *(child for _, child, *_ in CHAIN.values())}
-
-
-def test_stowed_robot_ends_below_what_is_looked_at_for_it(robot):
-    tops = []
-    for _, shape, X_BG in collision_shapes(robot, STOWED):
-        x, y, z = X_BG.rotation().matrix()[2]
-        if isinstance(shape, Box):
-            half = 0.5 * np.abs([x, y, z]) @ shape.size()
-        elif isinstance(shape, Sphere):
-            half = shape.radius()
-        elif isinstance(shape, Capsule):
-            half = abs(z) * shape.length() / 2 + shape.radius()
-        else:
-            half = abs(z) * shape.length() / 2
-            half += math.hypot(x, y) * shape.radius()
-        tops.append(X_BG.translation()[2] + half)
-    assert 0.5 < max(tops) < HEIGHTS[1]
-
-
-def test_outstretched_arm_leaves_the_bases_disc(robot):
-    assert any(
-        farthest_from_the_axis(shape, X_BG) > 0.27
-        for _, shape, X_BG in collision_shapes(robot, [0, 1.2, -1.2, 0, 0, 0])
-    )
-
-
-def test_stowed_pose_is_within_the_joints_limits():
-    for angle, (*_, lower, upper, _) in zip(
-        STOWED, CHAIN.values(), strict=True
-    ):
-        assert lower < angle < upper
-
-
-def test_stowed_robot_does_not_touch_itself(robot):
-    root, _ = robot.pose(STOWED)
-    query = robot.scene_graph.get_query_output_port().Eval(
-        robot.scene_graph.GetMyContextFromRoot(root)
-    )
-    assert not query.HasCollisions()
-
-
-def test_arm_that_reaches_into_the_base_touches_it(robot):
-    root, _ = robot.pose([0, 1.9, 0.6, 0, 1.0, 0])
-    query = robot.scene_graph.get_query_output_port().Eval(
-        robot.scene_graph.GetMyContextFromRoot(root)
-    )
-    assert query.HasCollisions()
-
-
-def test_wheels_touch_the_ground_and_casters_hover_a_millimetre_above(robot):
-    lowest = {
-        name: X_BG.translation()[2] - shape.radius()
-        for name, shape, X_BG in collision_shapes(robot, STOWED)
-        if name.startswith(("wheel", "caster"))
-    }
-    assert lowest == pytest.approx(
-        {
-            "wheel_left": 0.0,
-            "wheel_right": 0.0,
-            "caster_front": 0.001,
-            "caster_rear": 0.001,
-        },
-        abs=1e-9,
-    )
-
-
-def test_chassis_is_a_disc_that_ends_under_the_arm(robot):
-    (found,) = (
-        (shape, X_BG)
-        for name, shape, X_BG in collision_shapes(robot, STOWED)
-        if name == "base"
-    )
-    shape, X_BG = found
-    assert isinstance(shape, Cylinder)
-    assert shape.radius() == 0.27
-    np.testing.assert_allclose(X_BG.translation()[:2], 0, atol=1e-12)
-    np.testing.assert_allclose(X_BG.rotation().matrix(), np.eye(3), atol=1e-12)
-    top = X_BG.translation()[2] + shape.length() / 2
-    assert top == pytest.approx(0.2965)
-
-
-@pytest.mark.parametrize("face", [0.285, 0.31])
-def test_robot_passes_a_wall_that_its_disc_does_not_reach(tmp_path, face):
-    path = tmp_path / "wall.sdf"
-    # Beside the disc of 0.27 m, along the whole way.
-    path.write_text(
-        '<sdf version="1.9"><model name="m"><static>true</static>'
-        '<link name="l"><collision name="wall">'
-        f"<pose>0 {face + 0.5} 0.5 0 0 0</pose>"
-        "<geometry><box><size>8 1 1</size></box></geometry>"
-        "</collision></link></model></sdf>"
-    )
-    station = build_station(
-        load_world(str(path)), [0, 0, 0], StationParameters()
-    )
-    simulator = Simulator(station)
-    context = simulator.get_mutable_context()
-    station.GetInputPort("commanded_base_velocity").FixValue(context, [0.5, 0])
-    station.GetInputPort("desired_arm_state").FixValue(
-        context, [*STOWED, *np.zeros(6)]
-    )
-    simulator.AdvanceTo(2.0)
-    x, y, yaw, *_ = station.GetOutputPort("ground_truth").Eval(context)
-    # 2 s at 0.5 m/s, less the 0.13 m of speeding up at 0.985 m/s^2.
-    assert x == pytest.approx(0.87, abs=0.03)
-    assert y == pytest.approx(0, abs=0.01)
-    assert yaw == pytest.approx(0, abs=0.02)

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 from drake_mobarm.station.base_drive import (
     BaseDriveParameters,
@@ -15,6 +14,8 @@ from drake_mobarm.station.base_drive import (
     ramp,
     yield_to,
 )
+from helpers.bases import HAND_WORKED
+from helpers.refusals import assert_refused
 
 PARAMETERS = BaseDriveParameters()
 STEP = 1 / 50
@@ -148,16 +149,7 @@ def test_base_at_rest_that_shall_rest_gets_no_torque():
 
 
 def test_feedforward_and_feedback_are_worked_by_hand():
-    base = DifferentialDrive(
-        wheel_radius=0.1,
-        track=0.4,
-        mass=30.0,
-        body_mass=20.0,
-        com_offset=0.1,
-        inertia=1.0,
-        wheel_inertia=0.01,
-    )
-    parameters = BaseDriveParameters(base=base, gain=[2.0, 4.0])
+    parameters = BaseDriveParameters(base=HAND_WORKED, gain=[2.0, 4.0])
     # Wanted next: 0.01 m/s more in 0.02 s. 32 kg, 0.5 m/s^2, 0.1 m, a half.
     np.testing.assert_allclose(
         drive_torques([0, 0], [0.01, 0], [0, 0], 0.02, parameters), [0.8, 0.8]
@@ -280,8 +272,7 @@ def test_base_that_was_pushed_returns_to_its_reference():
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(name, value):
-    with pytest.raises(ParameterError, match=rf"\b{name} is"):
-        BaseDriveParameters(**{name: value})
+    assert_refused(name, BaseDriveParameters, **{name: value})
 
 
 def test_turning_goes_before_driving_where_torque_is_short():

@@ -273,3 +273,21 @@ def test_the_true_pose_does_not_depend_on_the_quaternions_length():
         system.get_input_port().FixValue(context, state)
         pose = system.GetOutputPort("base_pose").Eval(context)
         np.testing.assert_allclose(pose, [1.0, 2.0, 1.2], atol=1e-12)
+
+
+@pytest.mark.parametrize("face", [0.285, 0.31])
+def test_robot_passes_a_wall_that_its_disc_does_not_reach(tmp_path, face):
+    path = tmp_path / "wall.sdf"
+    # Beside the disc of 0.27 m, along the whole way.
+    path.write_text(
+        '<sdf version="1.9"><model name="m"><static>true</static>'
+        '<link name="l"><collision name="wall">'
+        f"<pose>0 {face + 0.5} 0.5 0 0 0</pose>"
+        "<geometry><box><size>8 1 1</size></box></geometry>"
+        "</collision></link></model></sdf>"
+    )
+    truth = Driven(str(path)).drive(0.5, 0, 2.0).truth
+    # 2 s at 0.5 m/s, less the 0.13 m of speeding up at 0.985 m/s^2.
+    assert truth.x == pytest.approx(0.87, abs=0.03)
+    assert truth.y == pytest.approx(0, abs=0.01)
+    assert truth.yaw == pytest.approx(0, abs=0.02)

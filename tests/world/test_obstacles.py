@@ -17,6 +17,7 @@ from drake_mobarm.world.obstacles import (
     outlines_to_segments,
     signed_distance,
 )
+from helpers.shapes import convex_polygon, rectangle
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [0.0, 1.0]])
 
@@ -51,30 +52,10 @@ def assert_same_corners(polygon, expected):
         assert np.linalg.norm(polygon - corner, axis=1).min() < 1e-9
 
 
-def rectangle(x_low, x_high, y_low, y_high):
-    return [
-        (x_low, y_low),
-        (x_high, y_low),
-        (x_high, y_high),
-        (x_low, y_high),
-    ]
-
-
 def random_rotation(rng):
     Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
     Q = Q * np.sign(np.diag(R))
     return Q if np.linalg.det(Q) > 0 else -Q
-
-
-def convex_polygon(rng, count, centre=(0.0, 0.0), size=1.0):
-    """Points of an ellipse in order: convex and counter-clockwise."""
-    angle = np.sort(rng.uniform(0, 2 * np.pi, count))
-    while np.diff(angle, append=angle[0] + 2 * np.pi).max() > 0.9 * np.pi:
-        angle = np.sort(rng.uniform(0, 2 * np.pi, count))
-    axes = size * rng.uniform(0.3, 1, 2)
-    R = about_z(rng.uniform(0, 6))[:2, :2]
-    ring = np.column_stack([np.cos(angle), np.sin(angle)]) * axes
-    return ring @ R.T + centre
 
 
 # Bodies
@@ -108,7 +89,7 @@ def test_outline_of_an_upright_box_is_its_rectangle():
     corners = np.array([5.0, 6.0, 1.5]) + box_corners(np.array([2.0, 1.0, 3.0]))
     for low, high in [(0.2, 0.2), (0.0, 3.0), (0.1, 0.6), (-1.0, 9.0)]:
         assert_same_corners(
-            outline(corners, low, high), rectangle(4, 6, 5.5, 6.5)
+            outline(corners, low, high), rectangle(4, 5.5, 6, 6.5)
         )
 
 
@@ -129,7 +110,7 @@ def test_lying_cylinder_cut_in_its_middle_is_a_rectangle():
     # Along z, then laid along x: 3 m by its diameter of 1 m.
     corners = cylinder_corners(0.5, 3.0) @ about_y(math.pi / 2).T
     assert_same_corners(
-        outline(corners, 0.0, 0.0), rectangle(-1.5, 1.5, -0.5, 0.5)
+        outline(corners, 0.0, 0.0), rectangle(-1.5, -0.5, 1.5, 0.5)
     )
 
 
@@ -155,7 +136,7 @@ def test_box_on_its_edge_is_cut_as_wide_as_its_slope_is_there():
     for height in (-0.3, 0.3):
         assert_same_corners(
             outline(corners, height, height),
-            rectangle(-0.5, 0.5, -half, half),
+            rectangle(-0.5, -half, 0.5, half),
         )
 
 
@@ -208,7 +189,7 @@ def test_outlines_leave_out_bodies_that_are_not_met():
     high = Obstacle("high", np.array([0, 0, 5]) + box_corners(np.ones(3)))
     found = outlines((high, low), 0.1, 0.4)
     assert len(found) == 1
-    assert_same_corners(found[0], rectangle(-0.5, 0.5, -0.5, 0.5))
+    assert_same_corners(found[0], rectangle(-0.5, -0.5, 0.5, 0.5))
 
 
 def test_sides_of_outlines_join_each_corner_to_the_next():

@@ -10,30 +10,20 @@ from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import inside, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
+from helpers.shapes import rectangle, turned
 
 RADIUS = 0.28
-
-
-def box(x_low, x_high, y_low, y_high):
-    return np.array(
-        [(x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high)]
-    )
-
-
-def turned(polygon, angle):
-    c, s = math.cos(angle), math.sin(angle)
-    return polygon @ np.array([[c, s], [-s, c]])
 
 
 def room(opening=0.0):
     """4 m by 4 m within walls of 0.2 m, a way out in its east wall."""
     half = opening / 2
     return [
-        box(-2.2, 2.2, 2.0, 2.2),
-        box(-2.2, 2.2, -2.2, -2.0),
-        box(-2.2, -2.0, -2.0, 2.0),
-        box(2.0, 2.2, half, 2.0),
-        box(2.0, 2.2, -2.0, -half),
+        rectangle(-2.2, 2.0, 2.2, 2.2),
+        rectangle(-2.2, -2.2, 2.2, -2.0),
+        rectangle(-2.2, -2.0, -2.0, 2.0),
+        rectangle(2.0, half, 2.2, 2.0),
+        rectangle(2.0, -2.0, 2.2, -half),
     ]
 
 
@@ -47,7 +37,7 @@ def world_grid(name):
 
 
 def test_cells_deep_inside_are_occupied_and_cells_well_outside_are_free():
-    grid = OccupancyGrid.from_outlines([box(0, 2, 0, 1)], 0.1)
+    grid = OccupancyGrid.from_outlines([rectangle(0, 0, 2, 1)], 0.1)
     centres = grid.centres()
     deep = np.all((centres >= 0) & (centres <= (2, 1)), axis=-1)
     near = np.all((centres > -0.1) & (centres < (2.1, 1.1)), axis=-1)
@@ -57,7 +47,7 @@ def test_cells_deep_inside_are_occupied_and_cells_well_outside_are_free():
 
 
 def test_free_metre_is_left_around_the_outlines():
-    grid = OccupancyGrid.from_outlines([box(3, 5, -1, 4)], 0.05)
+    grid = OccupancyGrid.from_outlines([rectangle(3, -1, 5, 4)], 0.05)
     centres = grid.centres()
     np.testing.assert_allclose(centres[0, 0], [2, -2])
     assert np.all(centres[-1, -1] >= (6 - 1e-9, 5 - 1e-9))
@@ -69,10 +59,10 @@ def test_wall_thinner_than_a_cell_leaves_no_hole(angle, thickness):
     ring = [
         turned(wall, angle)
         for wall in (
-            box(-1, 1, 1, 1 + thickness),
-            box(-1, 1, -1 - thickness, -1),
-            box(-1 - thickness, -1, -1 - thickness, 1 + thickness),
-            box(1, 1 + thickness, -1 - thickness, 1 + thickness),
+            rectangle(-1, 1, 1, 1 + thickness),
+            rectangle(-1, -1 - thickness, 1, -1),
+            rectangle(-1 - thickness, -1 - thickness, -1, 1 + thickness),
+            rectangle(1, -1 - thickness, 1 + thickness, 1 + thickness),
         )
     ]
     grid = OccupancyGrid.from_outlines(ring, 0.05)
@@ -83,7 +73,7 @@ def test_wall_thinner_than_a_cell_leaves_no_hole(angle, thickness):
 @given(st.floats(0, 3.2), st.floats(0.1, 2), st.floats(0.1, 2))
 def test_clearance_is_true_to_a_cell(angle, width, depth):
     cell = 0.05
-    polygon = turned(box(0, width, 0, depth), angle)
+    polygon = turned(rectangle(0, 0, width, depth), angle)
     grid = OccupancyGrid.from_outlines([polygon], cell)
     rng = np.random.default_rng(0)
     ny, nx = grid.occupied.shape
@@ -111,7 +101,7 @@ def test_empty_floor_has_endless_clearance_and_one_region():
 
 
 def test_cells_are_found_by_their_centres():
-    grid = OccupancyGrid.from_outlines([box(0, 2, 0, 1)], 0.1)
+    grid = OccupancyGrid.from_outlines([rectangle(0, 0, 2, 1)], 0.1)
     rows, columns = grid.index(grid.centres())
     ny, nx = grid.occupied.shape
     np.testing.assert_array_equal(rows, np.mgrid[:ny, :nx][0])
@@ -119,14 +109,14 @@ def test_cells_are_found_by_their_centres():
 
 
 def test_point_belongs_to_the_cell_whose_centre_is_nearest():
-    grid = OccupancyGrid.from_outlines([box(0, 2, 0, 1)], 0.1)
+    grid = OccupancyGrid.from_outlines([rectangle(0, 0, 2, 1)], 0.1)
     # The grid begins at (-1, -1).
     row, column = grid.index([0.26, -0.84])
     assert (row, column) == (2, 13)
 
 
 def test_point_beyond_the_grid_is_clipped_to_its_edge():
-    grid = OccupancyGrid.from_outlines([box(0, 2, 0, 1)], 0.1)
+    grid = OccupancyGrid.from_outlines([rectangle(0, 0, 2, 1)], 0.1)
     ny, nx = grid.occupied.shape
     assert grid.index([-50.0, 50.0]) == (ny - 1, 0)
     assert grid.index([50.0, -50.0]) == (0, nx - 1)
@@ -140,7 +130,7 @@ def test_closed_room_is_numbered_apart_from_outside():
 
 
 def test_two_closed_rooms_are_numbered_apart():
-    grid = OccupancyGrid.from_outlines([*room(), box(-0.1, 0.1, -2, 2)])
+    grid = OccupancyGrid.from_outlines([*room(), rectangle(-0.1, -2, 0.1, 2)])
     west, east = region_at(grid, RADIUS, [(-1, 0), (1, 0)])
     assert {west, east} == {2, 3}
 

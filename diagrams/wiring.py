@@ -73,7 +73,18 @@ class Wiring:
                 elements.
         """
         self._names.append(name)
-        system = self._given[name] if name in self._given else make()
+        system = make() if name not in self._given else self._given[name]
+        if not isinstance(system, System):
+            raise BlockError(
+                f"block {name!r} is {system!r}: it has to be a System, an "
+                "object and not its class"
+            )
+        # A path of several names is that of a diagram's part.
+        if name in self._given and system.GetSystemPathname().count("::") > 1:
+            raise BlockError(
+                f"block {name!r} ({type(system).__name__}) is part of another "
+                "diagram: make a new one for each run"
+            )
         ports = _output_ports(system)
         for signal, elements in outputs.items():
             port = ports.get(signal)

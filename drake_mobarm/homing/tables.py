@@ -209,21 +209,13 @@ def _reachable_floor() -> Array:
     return floor
 
 
-def _pictures(
-    name: str,
-) -> Callable[
-    [Sequence[dict[str, Any]], Sequence[Array]],
-    Mapping[str, Callable[[], Any]],
-]:
-    def draw(
-        rows: Sequence[dict[str, Any]], paths: Sequence[Array]
-    ) -> Mapping[str, Callable[[], Any]]:
-        # matplotlib is imported when a picture is made.
-        from drake_mobarm.homing.table_pictures import pictures
+def _draw(
+    name: str, rows: Sequence[dict[str, Any]], paths: Sequence[Array]
+) -> Mapping[str, Callable[[], Any]]:
+    # matplotlib is imported when a picture is made.
+    from drake_mobarm.homing.table_pictures import pictures
 
-        return pictures(name, rows, paths)
-
-    return draw
+    return pictures(name, rows, paths)
 
 
 _DISSERTATION = ("success_percent", *(c.name for c in COLUMNS))
@@ -269,7 +261,7 @@ TABLES = {
         columns=COLUMNS,
         dissertation=dissertation,
         sample=sample_path,
-        draw=_pictures(name),
+        draw=functools.partial(_draw, name),
     )
     for name, title, conditions, trials, make_trials, dissertation in (
         (

@@ -44,16 +44,14 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     values = _parse(path)
     for override in overrides:
         _override(values, override)
-    kind = values.get("diagram")
-    if isinstance(kind, str) and kind.endswith(".py"):
-        # As seen from the scenario's file, like everything that is beside it.
-        values["diagram"] = kind = str((path.parent / kind).resolve())
-    elif kind not in job_names():
-        raise ScenarioError(
-            f"{path}: diagram is {kind!r}: valid is "
-            f"{', '.join(job_names())}, or the path of a .py file"
-        )
-    job = job_of_diagram(kind)
+    diagram = str(values.get("diagram"))
+    if diagram.endswith(".py"):
+        # As seen from the scenario's file, beside which it stands.
+        diagram = values["diagram"] = str((path.parent / diagram).resolve())
+    try:
+        job = job_of_diagram(diagram)
+    except ScenarioError as error:
+        raise ScenarioError(f"{path}: {error}") from error
     scenario = _make(job.scenario, values, name_or_path, "")
     places = job.places(scenario)
     if places:
@@ -61,14 +59,35 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     return scenario
 
 
+def job_of(scenario: Any) -> Job:
+    """The job of a scenario, by its `diagram`.
+
+    Raises:
+        ScenarioError: it is no scenario, or a user's own diagram cannot be
+            loaded.
+    """
+    diagram = getattr(scenario, "diagram", None)
+    if not isinstance(diagram, str):
+        raise ScenarioError(
+            f"{scenario!r} is no scenario: valid is what load_scenario gives"
+        )
+    return job_of_diagram(diagram)
+
+
 def job_of_diagram(diagram: str) -> Job:
     """The job of a scenario's `diagram`: a shipped one's or a user's own.
 
     Raises:
-        ScenarioError: a user's own diagram cannot be loaded.
+        ScenarioError: there is no such job, or a user's own diagram cannot be
+            loaded.
     """
     if diagram.endswith(".py"):
         return load_own_diagram(Path(diagram))
+    if diagram not in job_names():
+        raise ScenarioError(
+            f"diagram is {diagram!r}: valid is {', '.join(job_names())}, or "
+            "the path of a .py file"
+        )
     return find_job(diagram)
 
 

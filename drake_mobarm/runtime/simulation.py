@@ -19,7 +19,7 @@ from drake_mobarm.exceptions import BlockError
 from drake_mobarm.geometry import Array
 from drake_mobarm.job import Job, Trace, Verdict, judge_by_done, spawn_seeds
 from drake_mobarm.runtime.result import Result
-from drake_mobarm.runtime.scenarios import job_of_diagram
+from drake_mobarm.runtime.scenarios import job_of
 
 _CHECK_PERIOD = 0.05
 
@@ -43,7 +43,7 @@ def build_diagram(
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
     """
-    job = job_of_diagram(scenario.diagram)
+    job = job_of(scenario)
     return _build(job, scenario, seed, meshcat, blocks)
 
 
@@ -81,9 +81,10 @@ def run(
         BlockError: a block's ports do not fit, or its name is unknown; or
             the diagram has no output `done`.
     """
-    require(0 <= seed < 2**63, "seed", seed, "a whole number, 0 or more")
+    whole = isinstance(seed, int | np.integer) and 0 <= seed < 2**63
+    require(whole, "seed", seed, "a whole number, 0 or more")
     if build is None:
-        job = job_of_diagram(scenario.diagram)
+        job = job_of(scenario)
     else:
         job = Job(
             name=getattr(build, "__name__", "own"),
@@ -168,9 +169,9 @@ def _build(
     diagram: Diagram = job.build(
         scenario, seed=seed, meshcat=meshcat, **exchanged
     )
-    if not diagram.HasOutputPort("done"):
+    if not isinstance(diagram, Diagram) or not diagram.HasOutputPort("done"):
         raise BlockError(
-            f"the diagram {job.name!r} has no output port 'done': it ends a "
-            "run when it is above 0.5"
+            f"what {job.name!r} builds is no Diagram with an output port "
+            "'done', which ends a run when it is above 0.5"
         )
     return diagram

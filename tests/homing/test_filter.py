@@ -1,3 +1,5 @@
+"""The filter estimator against least squares, by hand, and its arrival."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The hybrid estimator by hand, and its arrival."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""A run's figures from traces made by hand."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Bearings that cross, by geometry."""
+
 import math
 
 import numpy as np

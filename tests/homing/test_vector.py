@@ -1,3 +1,5 @@
+"""Vector positions and their weights in time, by hand."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The base's kinematics and dynamics, by hand and against Drake."""
+
 import math
 
 import numpy as np

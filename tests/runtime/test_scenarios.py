@@ -1,3 +1,5 @@
+"""Scenarios from YAML: what loads, and what is refused in one line."""
+
 import dataclasses
 
 import pytest

@@ -1,3 +1,5 @@
+"""A sweep keeps order, resumes, and does nothing twice."""
+
 import json
 
 import pytest

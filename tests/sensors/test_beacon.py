@@ -1,3 +1,5 @@
+"""Readings of a beacon: Table 2.2, by hand, and their moments."""
+
 import math
 import re
 

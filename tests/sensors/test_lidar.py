@@ -1,3 +1,5 @@
+"""Rays against rooms by hand, and one by one against slow ones."""
+
 import math
 
 import numpy as np

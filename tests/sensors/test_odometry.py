@@ -1,3 +1,5 @@
+"""Odometry by hand: straight lines, arcs, and what it adds up to."""
+
 import math
 
 import numpy as np

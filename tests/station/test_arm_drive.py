@@ -1,3 +1,5 @@
+"""The arm driver's references and torques, by hand and in closed loop."""
+
 import math
 
 import numpy as np

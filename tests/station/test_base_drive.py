@@ -1,3 +1,5 @@
+"""The base driver's ramps and torques, by hand and in closed loop."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""The station in Drake: it stands, drives, touches, senses."""
+
 import numpy as np
 import pytest
 from pydrake.common import RandomGenerator

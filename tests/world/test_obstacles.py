@@ -1,3 +1,5 @@
+"""Outlines and clearances of bodies, by hand and against shapely."""
+
 import math
 
 import numpy as np

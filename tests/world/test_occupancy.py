@@ -1,3 +1,5 @@
+"""Occupancy and its regions, of boxes by hand and of the shipped worlds."""
+
 import math
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Worlds from SDF: what is read, and what is refused."""
+
 import os
 
 import numpy as np

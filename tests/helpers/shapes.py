@@ -1,11 +1,14 @@
-"""Outlines to put about a robot, (n, 2) each, counter-clockwise."""
+"""Outlines and boxes to put about a robot."""
 
 import math
 
 import numpy as np
 
+from drake_mobarm.world.obstacles import Obstacle, box_corners
+
 
 def rectangle(x_low, y_low, x_high, y_high):
+    """An outline, (4, 2), counter-clockwise."""
     return np.array(
         [(x_low, y_low), (x_high, y_low), (x_high, y_high), (x_low, y_high)],
         dtype=float,
@@ -26,3 +29,9 @@ def convex_polygon(rng, count, centre=(0.0, 0.0), size=1.0):
     axes = size * rng.uniform(0.3, 1, 2)
     ring = np.column_stack([np.cos(angle), np.sin(angle)]) * axes
     return turned(ring, rng.uniform(0, 6)) + centre
+
+
+def box(low, high):
+    """An obstacle along the axes, from its least corner to its greatest."""
+    low, high = np.array(low), np.array(high)
+    return Obstacle("box", box_corners(high - low) + (low + high) / 2)

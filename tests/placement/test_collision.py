@@ -15,20 +15,15 @@ from drake_mobarm.robot.shape import (
 )
 from drake_mobarm.world.obstacles import (
     Obstacle,
-    box_corners,
     cylinder_corners,
 )
+from helpers.shapes import box
 from helpers.stands import ARM, problem_of
 
 # Stretched level along x: the arm is a line at the shoulder's height.
 STRETCHED = np.deg2rad([0, 78.7449, -78.7449, 0, 0, 0])
 SHOULDER = ARM_BASE_HEIGHT + 0.11065
 BASE = np.array([0.0, 0.0, ARM_BASE_HEIGHT])
-
-
-def box(low, high):
-    low, high = np.array(low), np.array(high)
-    return Obstacle("box", box_corners(high - low) + (low + high) / 2)
 
 
 def touched(obstacles, q=STRETCHED, base=BASE):

@@ -13,6 +13,7 @@ from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import grid_at, optimise_grid, plain_grid
 from helpers.refusals import assert_refused
+from helpers.shapes import rectangle
 
 
 def hall(width, height, *holes, turned=0.0):
@@ -48,7 +49,7 @@ def furnished(draw):
         x, y = draw(st.integers(0, 55)), draw(st.integers(0, 35))
         w, h = draw(st.integers(1, 20)), draw(st.integers(1, 20))
         x, y, w, h = 0.05 * np.array([x, y, w, h])
-        boxes.append(np.array([(x, y), (x + w, y), (x + w, y + h), (x, y + h)]))
+        boxes.append(rectangle(x, y, x + w, y + h))
     try:
         return FreeSpace.from_outlines(
             boxes, 0.0, [0.025, 0.025], [[0, 0], [3, 2]]

@@ -2,21 +2,16 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from drake_mobarm.exceptions import ScenarioError
-from drake_mobarm.world.obstacles import Obstacle, box_corners
 from drake_mobarm.world.places import Place, check_places
 from drake_mobarm.world.world import World
-from helpers.shapes import rectangle
+from helpers.shapes import box
 
 
-def block(outline, low=0.0, high=1.0):
-    """An obstacle that stands on an outline between two heights."""
-    size = np.array([*np.ptp(outline, axis=0), high - low])
-    centre = np.array([*outline.mean(axis=0), (low + high) / 2])
-    return Obstacle("block", box_corners(size) + centre)
+def wall(x_low, y_low, x_high, y_high):
+    return box([x_low, y_low, 0], [x_high, y_high, 1])
 
 
 def world_of(name, *obstacles):
@@ -26,14 +21,14 @@ def world_of(name, *obstacles):
 def room(half, opening=0.0):
     """Four walls of 0.2 m, inside at +-half; a way out in the east one."""
     far = half + 0.2
-    outlines = [
-        rectangle(-far, half, far, far),
-        rectangle(-far, -far, far, -half),
-        rectangle(-far, -half, -half, half),
-        rectangle(half, opening / 2, far, half),
-        rectangle(half, -half, far, -opening / 2),
-    ]
-    return world_of("room", *map(block, outlines))
+    return world_of(
+        "room",
+        wall(-far, half, far, far),
+        wall(-far, -far, far, -half),
+        wall(-far, -half, -half, half),
+        wall(half, opening / 2, far, half),
+        wall(half, -half, far, -opening / 2),
+    )
 
 
 def check(world, *value, robot=False):
@@ -95,7 +90,7 @@ def test_walls_have_to_close_off_4_square_metres(half, closed):
 
 def test_only_what_the_robot_can_meet_counts():
     # It is less than 0.75 m high.
-    lamp = world_of("lit", block(rectangle(-1, -1, 1, 1), 2.0, 2.2))
+    lamp = world_of("lit", box([-1, -1, 2.0], [1, 1, 2.2]))
     assert check(lamp, 0.0, 0.0, robot=True) is None
 
 

@@ -114,19 +114,21 @@ class GroundTruthMonitor(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        _, contacts, last_touch = context.get_discrete_state(
-            self._touch
-        ).value()
         results = self._results.Eval(context)
-        touching = any(
-            self._is_obstacle_contact(results.point_pair_contact_info(i))
-            for i in range(results.num_point_pair_contacts())
-        )
-        time = context.get_time()
+        touching = False
+        for index in range(results.num_point_pair_contacts()):
+            contact = results.point_pair_contact_info(index)
+            if self._is_obstacle_contact(contact):
+                touching = True
+                break
+        touch = context.get_discrete_state(self._touch).value()
+        was_touching, contacts, last_touch = touch.tolist()
         if touching:
+            time = context.get_time()
             contacts += time - last_touch > _CONTACT_PAUSE
-            last_touch = time
-        state.set_value(self._touch, [touching, contacts, last_touch])
+            state.set_value(self._touch, [1.0, contacts, time])
+        elif was_touching:
+            state.set_value(self._touch, [0.0, contacts, last_touch])
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
         touch = context.get_discrete_state(self._touch).value()

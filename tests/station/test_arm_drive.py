@@ -214,7 +214,7 @@ def test_joints_do_not_meddle_with_each_other():
 
 # Torque
 
-STALL, NO_LOAD = np.array([8.0]), [4.0]
+STALL, NO_LOAD = np.array([8.0]), np.array([4.0])
 
 
 def limited(torque, speed):

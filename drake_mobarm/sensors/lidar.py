@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -32,12 +33,15 @@ class LidarParameters:
         not_negative(self, "noise")
 
 
+@cache
 def ray_angles(rays: int) -> Array:
-    """Directions of the rays in the sensor's frame [rad], (rays,).
+    """Directions of the rays in the sensor's frame [rad], (rays,), read-only.
 
     Counter-clockwise from straight behind: the middle ray looks ahead.
     """
-    return -np.pi + 2 * np.pi * np.arange(rays) / rays
+    angles: Array = -np.pi + 2 * np.pi * np.arange(rays) / rays
+    angles.setflags(write=False)
+    return angles
 
 
 def cast_rays(

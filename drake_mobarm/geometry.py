@@ -43,10 +43,12 @@ def transform_points(pose: ArrayLike, p_BP: ArrayLike) -> Array:
     return p_AP
 
 
-def clip_magnitude(values: Array, limit: ArrayLike) -> Array:
+def clip_magnitude(values: Any, limit: Any) -> Any:
     """Values held within +-limit, elementwise.
 
-    For the few numbers of a control law np.clip takes four times as long.
+    A float in gives a float out. For the few numbers of a control law np.clip
+    takes four times as long.
     """
-    clipped: Array = np.minimum(np.maximum(values, -np.asarray(limit)), limit)
-    return clipped
+    if isinstance(values, float):
+        return min(max(values, -limit), limit)
+    return np.minimum(np.maximum(values, -np.asarray(limit)), limit)

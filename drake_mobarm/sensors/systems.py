@@ -190,16 +190,17 @@ class Odometry(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        wheels = self._wheels.Eval(context)
-        angles, speeds = wheels[:2], wheels[2:]
-        turned = angles - context.get_discrete_state(self._last_angles).value()
+        left, right, *speeds = self._wheels.Eval(context).tolist()
+        last_left, last_right = (
+            context.get_discrete_state(self._last_angles).value().tolist()
+        )
         state.set_value(
             self._pose,
             integrate_wheels(
-                context.get_discrete_state(self._pose).value(),
-                turned,
+                context.get_discrete_state(self._pose).value().tolist(),
+                (left - last_left, right - last_right),
                 self._base,
             ),
         )
-        state.set_value(self._velocity, self._base.body_velocity(speeds))
-        state.set_value(self._last_angles, angles)
+        state.set_value(self._velocity, self._base.body_velocity(*speeds))
+        state.set_value(self._last_angles, (left, right))

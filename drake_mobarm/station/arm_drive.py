@@ -49,7 +49,8 @@ def desired_acceleration(
 ) -> Array:
     """Control input u = k_p e + k_d e' [rad/s^2], (6,), limited; (7.12)."""
     u = parameters.k_p * error + parameters.k_d * error_rate
-    return clip_magnitude(u, limit)
+    limited: Array = clip_magnitude(u, limit)
+    return limited
 
 
 def limit_reference(

@@ -62,16 +62,16 @@ class BaseDriver(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        wheels = WheelState(self._wheels.Eval(context))
-        measured = self._parameters.base.body_velocity(
-            [wheels.speed_left, wheels.speed_right]
-        )
+        _, _, left, right = self._wheels.Eval(context).tolist()
+        measured = self._parameters.base.body_velocity(left, right)
         reference = yield_to(
-            context.get_discrete_state(self._reference).value(),
+            context.get_discrete_state(self._reference).value().tolist(),
             measured,
             self._parameters,
         )
-        target = limit_velocity(self._command.Eval(context), self._parameters)
+        target = limit_velocity(
+            self._command.Eval(context).tolist(), self._parameters
+        )
         following = ramp(reference, target, self._step, self._parameters)
         state.set_value(
             self._torque,

@@ -80,40 +80,44 @@ def acceleration(base, torques, v, w):
 
 
 def test_wheels_that_turn_alike_drive_straight():
-    np.testing.assert_allclose(ROUND.body_velocity([5, 5]), [0.5, 0])
+    np.testing.assert_allclose(ROUND.body_velocity(5, 5), [0.5, 0])
 
 
 def test_wheels_that_turn_apart_turn_left_in_place():
     # The rims move 0.2 m/s each way, 0.2 m from the middle.
-    np.testing.assert_allclose(ROUND.body_velocity([-2, 2]), [0, 1])
+    np.testing.assert_allclose(ROUND.body_velocity(-2, 2), [0, 1])
 
 
 def test_right_wheel_alone_turns_the_base_about_the_left_one():
-    np.testing.assert_allclose(ROUND.body_velocity([0, 4]), [0.2, 1])
+    np.testing.assert_allclose(ROUND.body_velocity(0, 4), [0.2, 1])
 
 
 def test_wheel_speeds_of_a_curve_are_worked_by_hand():
     # 0.5 m/s on a circle of 0.5 m to the left: rims 0.3 and 0.7 m/s.
-    np.testing.assert_allclose(ROUND.wheel_speeds([0.5, 1.0]), [3, 7])
+    np.testing.assert_allclose(ROUND.wheel_speeds(0.5, 1.0), [3, 7])
 
 
 @given(PAIR, st.floats(0.01, 1), st.floats(0.05, 2))
 def test_wheel_speeds_and_body_velocity_undo_each_other(pair, radius, track):
     base = DifferentialDrive(wheel_radius=radius, track=track)
     np.testing.assert_allclose(
-        base.body_velocity(base.wheel_speeds(pair)), pair, atol=1e-12
+        base.body_velocity(*base.wheel_speeds(*pair)), pair, atol=1e-12
     )
     np.testing.assert_allclose(
-        base.wheel_speeds(base.body_velocity(pair)), pair, atol=1e-12
+        base.wheel_speeds(*base.body_velocity(*pair)), pair, atol=1e-12
     )
 
 
 def test_velocities_in_a_batch_are_those_one_by_one():
-    batch = np.arange(12.0).reshape(2, 3, 2)
-    speeds, velocities = ROUND.wheel_speeds(batch), ROUND.body_velocity(batch)
+    batch = np.arange(12.0).reshape(2, 2, 3)
+    speeds = np.array(ROUND.wheel_speeds(*batch))
+    velocities = np.array(ROUND.body_velocity(*batch))
     for i in np.ndindex(2, 3):
-        np.testing.assert_allclose(speeds[i], ROUND.wheel_speeds(batch[i]))
-        np.testing.assert_allclose(velocities[i], ROUND.body_velocity(batch[i]))
+        pair = batch[:, *i]
+        np.testing.assert_allclose(speeds[:, *i], ROUND.wheel_speeds(*pair))
+        np.testing.assert_allclose(
+            velocities[:, *i], ROUND.body_velocity(*pair)
+        )
 
 
 # Figures
@@ -244,7 +248,9 @@ def test_power_of_the_torques_is_the_change_of_the_kinetic_energy(
         energy(*(velocity + step * change))
         - energy(*(velocity - step * change))
     ) / (2 * step)
-    power = base.wheel_torques(velocity, change) @ base.wheel_speeds(velocity)
+    power = np.dot(
+        base.wheel_torques(velocity, change), base.wheel_speeds(*velocity)
+    )
     assert power == pytest.approx(rate, abs=1e-5)
 
 

@@ -1,6 +1,7 @@
 """Angles and planar poses, as arrays of any batch size."""
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,11 @@ def wrap_angle(angle: ArrayLike) -> Any:
 
 def rotation(yaw: float) -> Array:
     """The planar rotation matrix R_AB, (2, 2), of a frame B at `yaw` [rad]."""
-    c, s = np.cos(yaw), np.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s], [s, c]])
 
 
-def transform_points(pose: ArrayLike, p_BP: ArrayLike) -> Array:
+def transform_points(pose: Iterable[float], p_BP: ArrayLike) -> Array:
     """Points given in a frame B, in the frame A of that frame's pose.
 
     Args:
@@ -38,15 +39,17 @@ def transform_points(pose: ArrayLike, p_BP: ArrayLike) -> Array:
     Returns:
         p_AP [m], (..., 2).
     """
-    x, y, yaw = np.asarray(pose, dtype=float)
+    x, y, yaw = pose
     p_AP: Array = np.asarray(p_BP, dtype=float) @ rotation(yaw).T + (x, y)
     return p_AP
 
 
-def clip_magnitude(values: Array, limit: ArrayLike) -> Array:
+def clip_magnitude(values: Any, limit: Any) -> Any:
     """Values held within +-limit, elementwise.
 
-    For the few numbers of a control law np.clip takes four times as long.
+    A float in gives a float out. For the few numbers of a control law np.clip
+    takes four times as long.
     """
-    clipped: Array = np.minimum(np.maximum(values, -np.asarray(limit)), limit)
-    return clipped
+    if isinstance(values, float):
+        return min(max(values, -limit), limit)
+    return np.minimum(np.maximum(values, -np.asarray(limit)), limit)

@@ -1,3 +1,5 @@
+"""The command line: exit codes, folders, and one line for bad input."""
+
 import json
 
 import numpy as np

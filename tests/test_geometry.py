@@ -1,3 +1,5 @@
+"""Angles, rotations and frames in the plane, by hand."""
+
 import math
 
 import numpy as np

@@ -39,7 +39,9 @@ class Gaps:
 
 def unit(angles: Array | float) -> Array:
     """Unit vectors, (..., 2), along angles (...) [rad]."""
-    return np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    vectors = np.empty((*np.shape(angles), 2))
+    vectors[..., 0], vectors[..., 1] = np.cos(angles), np.sin(angles)
+    return vectors
 
 
 def free_length(angle: float, points: Array, radius: float) -> float:
@@ -153,8 +155,8 @@ def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
     Returns:
         The gaps: those with the thing to the right first.
     """
-    after = np.roll(free, -1)
-    following = np.roll(angles, -1)
+    after = np.append(free[1:], free[0])
+    following = np.append(angles[1:], angles[0])
     left = after - free > jump  # Free to the left of a thing.
     right = free - after > jump
     near = np.concatenate([free[left], after[right]])

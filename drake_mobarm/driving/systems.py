@@ -1,6 +1,7 @@
 """Driving as a LeafSystem: the controller that follows a waypoint."""
 
-import numpy as np
+import math
+
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
@@ -52,14 +53,14 @@ class WaypointController(LeafSystem):
     def _command(self, context: Context) -> tuple[float, float]:
         if self._arrived.Eval(context)[0] > 0.5:
             return 0.0, 0.0
-        waypoint = Waypoint(self._waypoint.Eval(context))
-        if not np.isfinite(waypoint[:2]).all():
+        x, y, speed_limit = self._waypoint.Eval(context).tolist()
+        if not (math.isfinite(x) and math.isfinite(y)):
             return 0.0, self._parameters.search_turn_rate
-        if waypoint.speed_limit < 0:
-            return waypoint.speed_limit, 0.0
+        if speed_limit < 0:
+            return speed_limit, 0.0
         return drive_to(
-            self._pose.Eval(context),
-            waypoint[:2],
+            self._pose.Eval(context).tolist(),
+            (x, y),
             self._parameters,
-            waypoint.speed_limit,
+            speed_limit,
         )

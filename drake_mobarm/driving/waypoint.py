@@ -1,10 +1,8 @@
 """Proportional control of a differential drive to a target (section 2.3.2)."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import positive, require, within
 from drake_mobarm.geometry import wrap_angle
@@ -46,8 +44,8 @@ class ControllerParameters:
 
 
 def drive_to(
-    pose_WB: ArrayLike,
-    p_WT: ArrayLike,
+    pose_WB: Sequence[float],
+    p_WT: Sequence[float],
     parameters: ControllerParameters,
     speed_limit: float | None = None,
 ) -> tuple[float, float]:
@@ -69,19 +67,18 @@ def drive_to(
         ParameterError: a target or pose that is not finite, or a limit
             below 0.
     """
-    pose = np.asarray(pose_WB, dtype=float)
-    target = np.asarray(p_WT, dtype=float)
-    require(bool(np.isfinite(pose).all()), "pose_WB", pose.tolist(), "finite")
-    require(bool(np.isfinite(target).all()), "p_WT", target.tolist(), "finite")
+    require(all(map(math.isfinite, pose_WB)), "pose_WB", pose_WB, "finite")
+    require(all(map(math.isfinite, p_WT)), "p_WT", p_WT, "finite")
+    (x, y, yaw), (target_x, target_y) = pose_WB, p_WT
     top = parameters.max_speed
     if speed_limit is not None:
         require(speed_limit >= 0, "speed_limit", speed_limit, "at least 0")
         top = min(top, speed_limit)
-    dx, dy = target - pose[:2]
+    dx, dy = target_x - x, target_y - y
     distance = math.hypot(dx, dy)
     if distance == 0.0:
         return 0.0, 0.0  # No direction to turn to.
-    error = float(wrap_angle(math.atan2(dy, dx) - pose[2]))
+    error = float(wrap_angle(math.atan2(dy, dx) - yaw))
     limit = parameters.max_turn_rate
     turn = min(max(parameters.angular_gain * error, -limit), limit)
     # 1 when facing the target, 0 from `alignment` on, flat at both ends.

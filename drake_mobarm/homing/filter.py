@@ -10,10 +10,10 @@ larger.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import at_least, not_negative, positive
 from drake_mobarm.geometry import Array, wrap_angle
@@ -24,6 +24,12 @@ from drake_mobarm.sensors.beacon import (
     BeaconNoise,
     distance_moments,
 )
+
+Pair = tuple[float, float]
+Matrix = tuple[Pair, Pair]
+"""Of 2 x 2 numbers, by rows."""
+
+_IDENTITY = ((1.0, 0.0), (0.0, 1.0))
 
 
 @dataclass(kw_only=True)
@@ -103,7 +109,7 @@ class FilterEstimator:
     def update(
         self,
         state: FilterState,
-        p_WA: ArrayLike,
+        p_WA: Iterable[float],
         bearing_W: float,
         distance: float,
     ) -> FilterState:
@@ -120,33 +126,44 @@ class FilterEstimator:
             or its distance is negative.
         """
         noise, parameters = self._noise, self._parameters
-        p_WA = np.asarray(p_WA, dtype=float)
-        finite = np.isfinite([*p_WA, bearing_W, distance]).all()
+        x, y = map(float, p_WA)
+        finite = all(map(math.isfinite, (x, y, bearing_W, distance)))
         if not finite or distance < 0:
             return state
+        p_WA = np.array([x, y])
         if state.position is None or state.covariance is None:
             return _start(p_WA, bearing_W, distance, noise, parameters)
         assert state.p_WA is not None
-        moved = math.hypot(*(p_WA - state.p_WA))
-        prior = state.covariance + np.eye(2) * parameters.drift**2 * moved
+        last_x, last_y = state.p_WA.tolist()
+        drift = parameters.drift**2 * math.hypot(x - last_x, y - last_y)
+        prior = _plus(state.covariance.tolist(), _IDENTITY, drift)
+        position_x, position_y = state.position.tolist()
         predicted, slope, own = _predict(
-            state.position, prior, p_WA, noise, parameters
+            (position_x - x, position_y - y), prior, noise, parameters
         )
-        innovation = np.array([bearing_W, distance]) - predicted
-        innovation[0] = wrap_angle(innovation[0])
-        precision = _inverse(slope @ prior @ slope.T + own)
-        if innovation @ precision @ innovation > parameters.gate:
+        innovation = (
+            wrap_angle(bearing_W - predicted[0]),
+            distance - predicted[1],
+        )
+        across = _times(prior, _transposed(slope))
+        precision = _inverse(_plus(_times(slope, across), own))
+        if _dot(innovation, _apply(precision, innovation)) > parameters.gate:
             if state.refused + 1 >= parameters.patience:
                 return _start(p_WA, bearing_W, distance, noise, parameters)
             return replace(
-                state, covariance=prior, p_WA=p_WA, refused=state.refused + 1
+                state,
+                covariance=np.array(prior),
+                p_WA=p_WA,
+                refused=state.refused + 1,
             )
-        gain = prior @ slope.T @ precision
+        gain = _times(across, precision)
         # Joseph's form stays symmetric and positive.
-        keep = np.eye(2) - gain @ slope
+        keep = _plus(_IDENTITY, _times(gain, slope), -1.0)
+        kept = _times(_times(keep, prior), _transposed(keep))
+        noisy = _times(_times(gain, own), _transposed(gain))
         return FilterState(
-            position=state.position + gain @ innovation,
-            covariance=keep @ prior @ keep.T + gain @ own @ gain.T,
+            position=state.position + _apply(gain, innovation),
+            covariance=np.array(_plus(kept, noisy)),
             p_WA=p_WA,
         )
 
@@ -154,7 +171,7 @@ class FilterEstimator:
         """The estimated target p_WT [m], (2,), or None before a reading."""
         return state.position
 
-    def arrived(self, state: FilterState, p_WB: ArrayLike) -> bool:
+    def arrived(self, state: FilterState, p_WB: Iterable[float]) -> bool:
         """Whether the robot is at a target that the filter is sure of.
 
         Args:
@@ -167,9 +184,11 @@ class FilterEstimator:
         """
         if state.position is None:
             return False
-        near = math.hypot(*(state.position - np.asarray(p_WB, dtype=float)))
+        x, y = state.position.tolist()
+        base_x, base_y = p_WB
         return (
-            near <= self._parameters.arrival_distance
+            math.hypot(x - base_x, y - base_y)
+            <= self._parameters.arrival_distance
             and deviation(state) < self._parameters.arrival_deviation
         )
 
@@ -178,7 +197,9 @@ def deviation(state: FilterState) -> float:
     """The largest standard deviation of the estimate [m]; inf before one."""
     if state.covariance is None:
         return math.inf
-    return math.sqrt(np.linalg.eigvalsh(state.covariance)[-1])
+    (xx, xy), (_, yy) = state.covariance.tolist()
+    # The larger eigenvalue of a symmetric 2 x 2 matrix.
+    return math.sqrt((xx + yy) / 2 + math.hypot((xx - yy) / 2, xy))
 
 
 def _start(
@@ -208,39 +229,39 @@ def _start(
 
 
 def _predict(
-    position: Array,
-    covariance: Array,
-    p_WA: Array,
+    p_AT: Pair,
+    covariance: Matrix,
     noise: BeaconNoise,
     parameters: FilterParameters,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Pair, Matrix, Matrix]:
     """Mean, slope and own covariance of the reading that a belief predicts.
 
     The distance is linearised over the belief's whole width, by Gauss and
     Hermite's three points: a tangent is wrong where near readings clip.
     """
-    dx, dy = position - p_WA
+    dx, dy = p_AT
     d = max(math.hypot(dx, dy), MIN_DISTANCE)
-    sight = np.array([dx, dy]) / d
-    width = math.sqrt(max(float(sight @ covariance @ sight), 1e-8))
-    points = d + width * math.sqrt(3) * np.array([-1.0, 0.0, 1.0])
-    weights = np.array([1.0, 4.0, 1.0]) / 6
-    moments = [distance_moments(abs(x), noise) for x in points]
-    means, variances = np.array(moments).T
-    mean = weights @ means
-    rate = weights @ (means * (points - d)) / width**2
-    predicted = np.array([math.atan2(dy, dx), mean])
+    sight = dx / d, dy / d
+    width = math.sqrt(max(_dot(sight, _apply(covariance, sight)), 1e-8))
+    offset = math.sqrt(3) * width
+    (near, near_variance), (middle, middle_variance), (far, far_variance) = (
+        distance_moments(abs(x), noise) for x in (d - offset, d, d + offset)
+    )
+    mean = (near + 4 * middle + far) / 6
+    variance = (near_variance + 4 * middle_variance + far_variance) / 6
+    rate = (far - near) / (2 * offset)
     # A bearing's lever is as uncertain as the distance. With `d` alone, one
     # trial in some hundreds locks on to a wrong target near the antenna.
     lever = math.hypot(d, width)
-    slope = np.array([[-sight[1] / lever, sight[0] / lever], rate * sight])
-    own = np.diag(
-        [
-            _bearing_deviation(noise, parameters) ** 2,
-            weights @ variances + parameters.distance_floor**2,
-        ]
+    slope = (
+        (-sight[1] / lever, sight[0] / lever),
+        (rate * sight[0], rate * sight[1]),
     )
-    return predicted, slope, own
+    own = (
+        (_bearing_deviation(noise, parameters) ** 2, 0.0),
+        (0.0, variance + parameters.distance_floor**2),
+    )
+    return (math.atan2(dy, dx), mean), slope, own
 
 
 def _bearing_deviation(
@@ -250,9 +271,44 @@ def _bearing_deviation(
     return math.hypot(noise.angle / math.sqrt(3), parameters.angle_floor)
 
 
-def _inverse(matrix: Array) -> Array:
-    """Of a 2 x 2 matrix: ten times faster than np.linalg.inv."""
-    (a, b), (c, d) = matrix.tolist()
-    adjugate: Array = np.array([[d, -b], [-c, a]])
-    inverse: Array = adjugate / (a * d - b * c)
-    return inverse
+# Products of two numbers and of 2 x 2 matrices: far faster than numpy's.
+
+
+def _dot(u: Pair, v: Pair) -> float:
+    return u[0] * v[0] + u[1] * v[1]
+
+
+def _apply(matrix: Matrix, v: Pair) -> Pair:
+    (a, b), (c, d) = matrix
+    x, y = v
+    return a * x + b * y, c * x + d * y
+
+
+def _plus(left: Matrix, right: Matrix, factor: float = 1.0) -> Matrix:
+    """Left + factor * right."""
+    (a, b), (c, d) = left
+    (e, f), (g, h) = right
+    return (
+        (a + factor * e, b + factor * f),
+        (c + factor * g, d + factor * h),
+    )
+
+
+def _times(left: Matrix, right: Matrix) -> Matrix:
+    (a, b), (c, d) = left
+    (e, f), (g, h) = right
+    return (a * e + b * g, a * f + b * h), (c * e + d * g, c * f + d * h)
+
+
+def _transposed(matrix: Matrix) -> Matrix:
+    (a, b), (c, d) = matrix
+    return (a, c), (b, d)
+
+
+def _inverse(matrix: Matrix) -> Matrix:
+    (a, b), (c, d) = matrix
+    determinant = a * d - b * c
+    return (
+        (d / determinant, -b / determinant),
+        (-c / determinant, a / determinant),
+    )

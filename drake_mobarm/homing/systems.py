@@ -4,6 +4,7 @@ Both run a little after the sensors have sampled, so that
 a reading and the odometry seen with it are of the same instant.
 """
 
+import math
 from typing import Any, Protocol
 
 import numpy as np
@@ -113,21 +114,21 @@ class TargetEstimator(LeafSystem):
         )
 
     def _update(self, context: Context, state: State) -> None:
-        pose = PlanarPose(self._pose.Eval(context))
-        reading = BeaconReading(self._reading.Eval(context))
+        pose = self._pose.Eval(context).tolist()
+        angle, rssi, valid = self._reading.Eval(context).tolist()
         memory = context.get_abstract_state(int(self._memory)).get_value()
-        if reading.valid > 0.5 and np.isfinite(reading[:]).all():
+        if valid > 0.5 and math.isfinite(angle) and math.isfinite(rssi):
             memory = self._law.update(
                 memory,
-                transform_points(pose[:], self._p_BA),
-                pose.yaw + reading.angle,
-                float(self._calibration.distance(reading.rssi)),
+                transform_points(pose, self._p_BA),
+                pose[2] + angle,
+                float(self._calibration.distance(rssi)),
             )
             state.get_mutable_abstract_state(int(self._memory)).set_value(
                 memory
             )
         target = self._law.estimate(memory)
-        arrived = self._law.arrived(memory, pose[:2])
+        arrived = self._law.arrived(memory, np.array(pose[:2]))
         discrete = state.get_mutable_discrete_state()
         if target is not None:
             discrete.set_value(self._estimate, [*target, 1.0])

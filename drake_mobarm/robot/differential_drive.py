@@ -1,12 +1,10 @@
 """Kinematics and dynamics of the base: sections 7.3.1.1 and 7.3.1.2."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import ArrayLike
+from typing import Any
 
 from drake_mobarm.checks import positive
-from drake_mobarm.geometry import Array
 
 
 @dataclass(kw_only=True)
@@ -56,46 +54,39 @@ class DifferentialDrive:
             "wheel_torque_limit",
         )
 
-    def body_velocity(self, wheel_speeds: ArrayLike) -> Array:
-        """(v, w) [m/s, rad/s], (..., 2), of wheel speeds; (7.1), (7.2).
+    def body_velocity(self, left: Any, right: Any) -> tuple[Any, Any]:
+        """(v, w) [m/s, rad/s] of wheel speeds [rad/s]; (7.1), (7.2).
 
-        Args:
-            wheel_speeds: left, right [rad/s], (..., 2).
+        Numbers, or arrays of one shape; so are v and w.
         """
-        r, w = self.wheel_radius, self.track
-        velocity: Array = np.asarray(wheel_speeds) @ np.array(
-            [[r / 2, -r / w], [r / 2, r / w]]
-        )
-        return velocity
+        r, track = self.wheel_radius, self.track
+        return r * (right + left) / 2, r * (right - left) / track
 
-    def wheel_speeds(self, velocity: ArrayLike) -> Array:
-        """Left, right [rad/s], (..., 2), of (v, w); (7.4), (7.3)."""
-        half = self.track / 2
-        speeds: Array = (
-            np.asarray(velocity)
-            @ np.array([[1, 1], [-half, half]])
-            / self.wheel_radius
-        )
-        return speeds
+    def wheel_speeds(self, v: Any, w: Any) -> tuple[Any, Any]:
+        """Left, right [rad/s] of v [m/s] and w [rad/s]; (7.4), (7.3).
+
+        Numbers, or arrays of one shape; so are left and right.
+        """
+        r, half = self.wheel_radius, self.track / 2
+        return (v - half * w) / r, (v + half * w) / r
 
     def wheel_torques(
-        self, velocity: ArrayLike, acceleration: ArrayLike
-    ) -> Array:
+        self, velocity: Sequence[float], acceleration: Sequence[float]
+    ) -> tuple[float, float]:
         """Torques that give an acceleration: (7.6), (7.7) solved for them.
 
         Args:
-            velocity: (v, w) [m/s, rad/s], (2,).
-            acceleration: their time derivatives [m/s^2, rad/s^2], (2,).
+            velocity: (v, w) [m/s, rad/s].
+            acceleration: their time derivatives [m/s^2, rad/s^2].
 
         Returns:
-            Left, right [N m], (2,), not limited.
+            Left, right [N m], not limited.
         """
-        v, w = np.asarray(velocity, dtype=float)
-        dv, dw = np.asarray(acceleration, dtype=float)
+        (v, w), (dv, dw) = velocity, acceleration
         r, track, I_w = self.wheel_radius, self.track, self.wheel_inertia
         lever = self.body_mass * self.com_offset
         total = r * ((self.mass + 2 * I_w / r**2) * dv - lever * w**2)
         difference = (2 * r / track) * (
             (self.inertia + track**2 / (2 * r**2) * I_w) * dw + lever * w * v
         )
-        return np.array([total - difference, total + difference]) / 2
+        return (total - difference) / 2, (total + difference) / 2

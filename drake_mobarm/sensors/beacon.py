@@ -6,10 +6,8 @@ callers pass them in, so that a seed decides every reading.
 """
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-
-import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import (
     finite_numbers,
@@ -68,10 +66,10 @@ NOISE_CONFIGURATIONS: dict[int, BeaconNoise] = {
 
 
 def read_beacon(
-    pose_WA: ArrayLike,
-    p_WT: ArrayLike,
+    pose_WA: Iterable[float],
+    p_WT: Iterable[float],
     noise: BeaconNoise,
-    uniform: ArrayLike,
+    uniform: Iterable[float],
     rssi_model: RssiModel,
 ) -> tuple[float, float]:
     """One reading of the target's beacon by the antenna.
@@ -91,13 +89,11 @@ def read_beacon(
         Angle of arrival from the antenna's heading [rad], in [-pi, pi), and
         RSSI [dBm].
     """
-    x, y, yaw = np.asarray(pose_WA, dtype=float)
-    tx, ty = np.asarray(p_WT, dtype=float)
-    u_angle, u_distance = 2 * np.asarray(uniform, dtype=float) - 1
+    (x, y, yaw), (tx, ty), (u_angle, u_distance) = pose_WA, p_WT, uniform
     bearing = math.atan2(ty - y, tx - x)
-    angle = wrap_angle(bearing - yaw + u_angle * noise.angle)
+    angle = wrap_angle(bearing - yaw + (2 * u_angle - 1) * noise.angle)
     distance = math.hypot(tx - x, ty - y)
-    distance += u_distance * noise.distance_bound(distance)
+    distance += (2 * u_distance - 1) * noise.distance_bound(distance)
     rssi = rssi_model.rssi(max(distance, MIN_DISTANCE))
     return float(angle), float(rssi)
 
@@ -123,16 +119,11 @@ def distance_moments(
     """
     excess = distance - MIN_DISTANCE
     half = noise.distance_bound(distance)
-
-    def expectation(power: int) -> float:
-        """E[max(excess + a u, 0) ** power]."""
-        if half < 1e-9:
-            return float(max(excess, 0.0) ** power)
-        n = power + 1
-        high, low = max(excess + half, 0.0), max(excess - half, 0.0)
-        return float((high**n - low**n) / (2 * half * n))
-
-    first, second = expectation(1), expectation(2)
+    if half < 1e-9:
+        return MIN_DISTANCE + max(excess, 0.0), 0.0
+    high, low = max(excess + half, 0.0), max(excess - half, 0.0)
+    first = (high**2 - low**2) / (4 * half)
+    second = (high**3 - low**3) / (6 * half)
     return MIN_DISTANCE + first, max(second - first**2, 0.0)
 
 

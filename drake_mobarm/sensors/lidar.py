@@ -1,9 +1,10 @@
 """A planar lidar: rays cast on the world's cut at the sensor's height."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import at_least, not_negative, positive, within
 from drake_mobarm.geometry import Array
@@ -32,15 +33,20 @@ class LidarParameters:
         not_negative(self, "noise")
 
 
+@cache
 def ray_angles(rays: int) -> Array:
-    """Directions of the rays in the sensor's frame [rad], (rays,).
+    """Directions of the rays in the sensor's frame [rad], (rays,), read-only.
 
     Counter-clockwise from straight behind: the middle ray looks ahead.
     """
-    return -np.pi + 2 * np.pi * np.arange(rays) / rays
+    angles: Array = -np.pi + 2 * np.pi * np.arange(rays) / rays
+    angles.setflags(write=False)
+    return angles
 
 
-def cast_rays(starts: Array, ends: Array, pose: ArrayLike, rays: int) -> Array:
+def cast_rays(
+    starts: Array, ends: Array, pose: Sequence[float], rays: int
+) -> Array:
     """Distance from a point to the nearest side along each ray.
 
     Only the rays that a side's ends span are intersected with it, so the
@@ -56,29 +62,31 @@ def cast_rays(starts: Array, ends: Array, pose: ArrayLike, rays: int) -> Array:
     Returns:
         Distances [m], (rays,), infinite where a ray meets nothing.
     """
-    x, y, yaw = np.asarray(pose, dtype=float)
-    distance = np.full(rays, np.inf)
-    a, b = starts - (x, y), ends - (x, y)
+    x, y, yaw = map(float, pose)
+    a_x, a_y = starts[:, 0] - x, starts[:, 1] - y
+    b_x, b_y = ends[:, 0] - x, ends[:, 1] - y
     # Twice the area that a side spans with the sensor, negative from outside.
-    cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    seen = cross < 0
-    a, b, cross = a[seen], b[seen], cross[seen]
+    cross = a_x * b_y - a_y * b_x
+    seen = np.flatnonzero(cross < 0)
+    a_x, a_y, b_x, b_y, cross = (v[seen] for v in (a_x, a_y, b_x, b_y, cross))
     step = 2 * np.pi / rays
     # Seen from outside, a side runs clockwise: b is its first ray.
-    last = (np.arctan2(a[:, 1], a[:, 0]) - yaw + np.pi) / step
-    span = np.arctan2(-cross, np.sum(a * b, axis=1)) / step
+    last = (np.arctan2(a_y, a_x) - yaw + np.pi) / step
+    span = np.arctan2(-cross, a_x * b_x + a_y * b_y) / step
     # A hair wider: no ray slips between two sides at their corner.
     first = np.ceil(last - span - 1e-9).astype(int)
     count = np.floor(last + 1e-9).astype(int) - first + 1
-    side = np.repeat(np.arange(len(a)), count)
-    offset = np.arange(len(side)) - np.repeat(np.cumsum(count) - count, count)
-    ray = first[side] + offset
+    # One entry a side and ray: each side, its rays in order.
+    side = np.repeat(np.arange(len(seen)), count)
+    ray = np.arange(len(side)) + (first + count - np.cumsum(count))[side]
     angle = ray * step - np.pi + yaw
-    d = (b - a)[side]
-    across = np.cos(angle) * d[:, 1] - np.sin(angle) * d[:, 0]
+    across = (
+        np.cos(angle) * (b_y - a_y)[side] - np.sin(angle) * (b_x - a_x)[side]
+    )
     # A ray along the side itself has across = 0: its neighbours meet it.
-    with np.errstate(divide="ignore"):
-        reach = np.where(across < 0, cross[side] / across, np.inf)
+    reach = np.full(len(side), np.inf)
+    np.divide(cross[side], across, out=reach, where=across < 0)
+    distance = np.full(rays, np.inf)
     np.minimum.at(distance, ray % rays, reach)
     return distance
 

@@ -4,6 +4,7 @@ A sensor samples at its own rate and holds what it read. It draws no random
 numbers: its noise comes in through a port.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -27,7 +28,6 @@ from drake_mobarm.sensors.odometry import integrate_wheels
 from drake_mobarm.sensors.rssi import BEACONS
 from drake_mobarm.signals import (
     BaseVelocity,
-    BeaconReading,
     PlanarPose,
     WheelState,
     size,
@@ -113,7 +113,7 @@ class BeaconSensor(LeafSystem):
     ) -> None:
         super().__init__()
         self._parameters = parameters
-        self._p_BA, self._p_WT = p_BA, np.array(beacon.position)
+        self._p_BA, self._p_WT = p_BA, beacon.position
         self._configuration = NOISE_CONFIGURATIONS[beacon.noise]
         self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
         self._noise = self.DeclareVectorInputPort("beacon_noise", 3)
@@ -124,32 +124,35 @@ class BeaconSensor(LeafSystem):
         )
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        pose = self._pose.Eval(context)
-        noise = self._noise.Eval(context)
-        p_WA = transform_points(pose, self._p_BA)
-        pose_WA = np.array([*p_WA, pose[2]])
-        reading = BeaconReading(np.array([np.nan, np.nan, 0.0]))
-        if self._hears(context.get_time(), pose_WA, noise[2]):
-            reading.angle, reading.rssi = read_beacon(
-                pose_WA,
-                self._p_WT,
-                self._configuration,
-                noise[:2],
-                BEACONS[self._parameters.model],
-            )
-            reading.valid = 1.0
-        state.set_value(reading[:])
+        pose = self._pose.Eval(context).tolist()
+        u_angle, u_distance, chance = self._noise.Eval(context).tolist()
+        x, y = transform_points(pose, self._p_BA).tolist()
+        pose_WA = (x, y, pose[2])
+        if not self._hears(context.get_time(), pose_WA, chance):
+            state.set_value([np.nan, np.nan, 0.0])
+            return
+        angle, rssi = read_beacon(
+            pose_WA,
+            self._p_WT,
+            self._configuration,
+            (u_angle, u_distance),
+            BEACONS[self._parameters.model],
+        )
+        state.set_value([angle, rssi, 1.0])
 
-    def _hears(self, time: float, pose_WA: Array, chance: float) -> bool:
+    def _hears(
+        self, time: float, pose_WA: tuple[float, float, float], chance: float
+    ) -> bool:
         silent = any(
             start <= time < end for start, end in self._parameters.outages
         )
-        x, y = self._p_WT - pose_WA[:2]
+        x, y, yaw = pose_WA
+        target_x, target_y = self._p_WT
         return (
             not silent
             and chance >= self._parameters.dropout
             and in_field_of_view(
-                np.arctan2(y, x) - pose_WA[2],
+                math.atan2(target_y - y, target_x - x) - yaw,
                 self._parameters.field_of_view / 2,
             )
         )
@@ -190,16 +193,17 @@ class Odometry(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        wheels = self._wheels.Eval(context)
-        angles, speeds = wheels[:2], wheels[2:]
-        turned = angles - context.get_discrete_state(self._last_angles).value()
+        left, right, *speeds = self._wheels.Eval(context).tolist()
+        last_left, last_right = (
+            context.get_discrete_state(self._last_angles).value().tolist()
+        )
         state.set_value(
             self._pose,
             integrate_wheels(
-                context.get_discrete_state(self._pose).value(),
-                turned,
+                context.get_discrete_state(self._pose).value().tolist(),
+                (left - last_left, right - last_right),
                 self._base,
             ),
         )
-        state.set_value(self._velocity, self._base.body_velocity(speeds))
-        state.set_value(self._last_angles, angles)
+        state.set_value(self._velocity, self._base.body_velocity(*speeds))
+        state.set_value(self._last_angles, (left, right))

@@ -49,7 +49,8 @@ def desired_acceleration(
 ) -> Array:
     """Control input u = k_p e + k_d e' [rad/s^2], (6,), limited; (7.12)."""
     u = parameters.k_p * error + parameters.k_d * error_rate
-    return clip_magnitude(u, limit)
+    limited: Array = clip_magnitude(u, limit)
+    return limited
 
 
 def limit_reference(
@@ -89,14 +90,14 @@ def limit_reference(
 
 
 def limit_torque(
-    torque: Array, speed: Array, stall: Array, no_load_speed: ArrayLike
+    torque: Array, speed: Array, stall: Array, no_load_speed: Array
 ) -> Array:
     """What the motors can give [N m], (n,), at a joint speed [rad/s].
 
     The limit is the stall torque at rest and falls linearly with speed in
     the direction of motion; against it a motor brakes with its stall torque.
     """
-    share = speed / np.asarray(no_load_speed)
+    share = speed / no_load_speed
     high = stall * np.minimum(np.maximum(1 - share, 0), 1)
     low = -stall * np.minimum(np.maximum(1 + share, 0), 1)
     limited: Array = np.minimum(np.maximum(torque, low), high)

@@ -5,14 +5,16 @@ next trajectory point, 0.2 s away. Commands here may change at any time: a
 reference ramps to them within the limits, and its acceleration is fed forward.
 """
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from drake_mobarm.checks import positive_numbers, within
-from drake_mobarm.geometry import Array, clip_magnitude
+from drake_mobarm.geometry import clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
+
+Pair = tuple[float, float]
+"""v and w, or left and right, in floats: for two numbers numpy is slow."""
 
 
 @dataclass(kw_only=True)
@@ -49,104 +51,114 @@ class BaseDriveParameters:
 
 
 def limit_velocity(
-    command: ArrayLike, parameters: BaseDriveParameters
-) -> Array:
-    """The nearest velocity (v, w), (2,), that the wheels can turn.
+    command: Sequence[float], parameters: BaseDriveParameters
+) -> Pair:
+    """The nearest velocity (v, w) that the wheels can turn.
 
     First v and w are limited each; then, where a wheel would be too fast,
     both are scaled alike, which keeps the curvature of what is left. A
     command that is not finite becomes a halt.
     """
-    velocity = np.asarray(command, dtype=float)
-    if not np.isfinite(velocity).all():
-        return np.zeros(2)
-    velocity = clip_magnitude(velocity, parameters.speed_limit)
-    fastest = np.abs(parameters.base.wheel_speeds(velocity)).max()
-    limited: Array = velocity * min(
-        1.0, parameters.base.wheel_speed_limit / max(fastest, 1e-12)
-    )
-    return limited
+    if not all(map(math.isfinite, command)):
+        return 0.0, 0.0
+    v, w = map(clip_magnitude, command, parameters.speed_limit)
+    base = parameters.base
+    fastest = max(map(abs, base.wheel_speeds(v, w)))
+    share = min(1.0, base.wheel_speed_limit / max(fastest, 1e-12))
+    return share * v, share * w
 
 
 def ramp(
-    reference: ArrayLike,
-    target: ArrayLike,
+    reference: Sequence[float],
+    target: Sequence[float],
     step: float,
     parameters: BaseDriveParameters,
-) -> Array:
-    """The reference velocity (v, w), (2,), one step nearer to a target.
+) -> Pair:
+    """The reference velocity (v, w) one step nearer to a target.
 
     Held to the acceleration limits of the base and of its wheels, the latter
     by scaling both changes alike.
     """
-    reference = np.asarray(reference, dtype=float)
-    room = step * np.asarray(parameters.acceleration_limit)
-    change = clip_magnitude(np.asarray(target) - reference, room)
+    (v, w), (target_v, target_w) = reference, target
+    limit_v, limit_w = parameters.acceleration_limit
+    dv = clip_magnitude(target_v - v, step * limit_v)
+    dw = clip_magnitude(target_w - w, step * limit_w)
     base = parameters.base
-    fastest = np.abs(base.wheel_speeds(change)).max() / step
-    ramped: Array = reference + change * min(
-        1.0, base.wheel_acceleration_limit / max(fastest, 1e-12)
-    )
-    return ramped
+    fastest = max(map(abs, base.wheel_speeds(dv, dw))) / step
+    share = min(1.0, base.wheel_acceleration_limit / max(fastest, 1e-12))
+    return v + share * dv, w + share * dw
 
 
 def yield_to(
-    reference: ArrayLike, measured: ArrayLike, parameters: BaseDriveParameters
-) -> Array:
-    """The reference velocity, given up where the base cannot follow it.
+    reference: Sequence[float],
+    measured: Sequence[float],
+    parameters: BaseDriveParameters,
+) -> Pair:
+    """The reference velocity (v, w), given up where the base is held.
 
     A base that is held by something would otherwise push with all its torque
     while its reference runs away from it.
     """
-    reference, measured = np.asarray(reference), np.asarray(measured)
-    held = np.abs(reference - measured) > np.asarray(parameters.yield_error)
-    return np.where(held, measured, reference)
+    (v, w), (measured_v, measured_w) = reference, measured
+    error_v, error_w = parameters.yield_error
+    return (
+        measured_v if abs(v - measured_v) > error_v else v,
+        measured_w if abs(w - measured_w) > error_w else w,
+    )
 
 
 def drive_torques(
-    reference: ArrayLike,
-    next_reference: ArrayLike,
-    measured: ArrayLike,
+    reference: Sequence[float],
+    next_reference: Sequence[float],
+    measured: Sequence[float],
     step: float,
     parameters: BaseDriveParameters,
-) -> Array:
+) -> Pair:
     """Wheel torques that bring the base to the next reference velocity.
 
     The acceleration that reaches it by the next step is fed forward, the
     velocity error is fed back, and (7.6), (7.7) turn the sum into torques.
 
     Args:
-        reference: (v, w) wanted now [m/s, rad/s], (2,).
-        next_reference: (v, w) wanted a step later, (2,).
-        measured: (v, w) from the encoders, (2,).
+        reference: (v, w) wanted now [m/s, rad/s].
+        next_reference: (v, w) wanted a step later.
+        measured: (v, w) from the encoders.
         step: time between updates [s].
         parameters: gains and limits.
 
     Returns:
-        Left, right torque [N m], (2,), within the motors' limit.
+        Left, right torque [N m], within the motors' limit.
     """
-    reference = np.asarray(reference, dtype=float)
-    feedforward = (np.asarray(next_reference) - reference) / step
-    error = reference - np.asarray(measured)
-    acceleration = feedforward + np.asarray(parameters.gain) * error
+    (v, w), (next_v, next_w) = reference, next_reference
+    measured_v, measured_w = measured
+    gain_v, gain_w = parameters.gain
+    acceleration = (
+        (next_v - v) / step + gain_v * (v - measured_v),
+        (next_w - w) / step + gain_w * (w - measured_w),
+    )
     torques = parameters.base.wheel_torques(measured, acceleration)
     return limit_wheel_torques(torques, measured, parameters.base)
 
 
 def limit_wheel_torques(
-    torques: Array, measured: ArrayLike, base: DifferentialDrive
-) -> Array:
-    """What the wheels' motors give [N m], (2,), of the torques asked for.
+    torques: Sequence[float], measured: Sequence[float], base: DifferentialDrive
+) -> Pair:
+    """What the wheels' motors give, left and right, of torques asked for [N m].
 
     Turning goes first: a robot that leans on something can still turn away
     from it. A wheel at its speed limit gets no torque that would spin it up.
     """
-    limit = base.wheel_torque_limit
     left, right = torques
-    turn = min(max((right - left) / 2, -limit), limit)
-    room = limit - abs(turn)
-    drive = min(max((right + left) / 2, -room), room)
-    given = np.array([drive - turn, drive + turn])
-    speeds = base.wheel_speeds(measured)
-    too_fast = np.abs(speeds) >= base.wheel_speed_limit
-    return np.where(too_fast & (given * speeds > 0), 0.0, given)
+    limit = base.wheel_torque_limit
+    turn = clip_magnitude((right - left) / 2, limit)
+    drive = clip_magnitude((right + left) / 2, limit - abs(turn))
+    speed_left, speed_right = base.wheel_speeds(*measured)
+    return (
+        _limit_spin_up(drive - turn, speed_left, base.wheel_speed_limit),
+        _limit_spin_up(drive + turn, speed_right, base.wheel_speed_limit),
+    )
+
+
+def _limit_spin_up(torque: float, speed: float, speed_limit: float) -> float:
+    spins_up = abs(speed) >= speed_limit and torque * speed > 0
+    return 0.0 if spins_up else torque

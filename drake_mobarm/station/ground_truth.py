@@ -14,7 +14,6 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from drake_mobarm.geometry import Array
 from drake_mobarm.signals import BaseVelocity, GroundTruth, PlanarPose, size
 
 # A touch counts as a new contact after so long without one [s].
@@ -52,22 +51,25 @@ class BaseTruth(LeafSystem):
             "base_velocity", size(BaseVelocity), self._calc_velocity
         )
 
-    def _read_pose(self, context: Context) -> tuple[Array, Array]:
-        state = self._state.Eval(context)
-        w, x, y, z = state[:4]
-        # Drake lets the quaternion's length wander: no formula for unit ones.
-        yaw = math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
-        return np.array([state[4], state[5], yaw]), state
-
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._read_pose(context)[0])
+        w, x, y, z, *rest = self._state.Eval(context).tolist()
+        output.SetFromVector([rest[0], rest[1], _yaw(w, x, y, z)])
 
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        (_, _, yaw), state = self._read_pose(context)
-        w_WB = state[self._num_positions : self._num_positions + 3]
-        v_WB = state[self._num_positions + 3 : self._num_positions + 6]
-        forward = v_WB[0] * np.cos(yaw) + v_WB[1] * np.sin(yaw)
-        output.SetFromVector([forward, w_WB[2]])
+        state = self._state.Eval(context).tolist()
+        yaw = _yaw(*state[:4])
+        first = self._num_positions  # w_WB, then v_WB
+        w_z, v_x, v_y = state[first + 2 : first + 5]
+        forward = v_x * math.cos(yaw) + v_y * math.sin(yaw)
+        output.SetFromVector([forward, w_z])
+
+
+def _yaw(w: float, x: float, y: float, z: float) -> float:
+    """Of a quaternion: not by a formula for those of length one only.
+
+    Drake lets the length wander.
+    """
+    return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
 
 
 class GroundTruthMonitor(LeafSystem):
@@ -114,28 +116,29 @@ class GroundTruthMonitor(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        _, contacts, last_touch = context.get_discrete_state(
-            self._touch
-        ).value()
         results = self._results.Eval(context)
-        touching = any(
-            self._is_obstacle_contact(results.point_pair_contact_info(i))
-            for i in range(results.num_point_pair_contacts())
-        )
-        time = context.get_time()
+        touching = False
+        for index in range(results.num_point_pair_contacts()):
+            contact = results.point_pair_contact_info(index)
+            if self._is_obstacle_contact(contact):
+                touching = True
+                break
+        touch = context.get_discrete_state(self._touch).value()
+        was_touching, contacts, last_touch = touch.tolist()
         if touching:
+            time = context.get_time()
             contacts += time - last_touch > _CONTACT_PAUSE
-            last_touch = time
-        state.set_value(self._touch, [touching, contacts, last_touch])
+            state.set_value(self._touch, [1.0, contacts, time])
+        elif was_touching:
+            state.set_value(self._touch, [0.0, contacts, last_touch])
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
-        touch = context.get_discrete_state(self._touch).value()
+        touching, contacts, _ = context.get_discrete_state(self._touch).value()
         output.SetFromVector(
-            np.concatenate(
-                [
-                    self._pose.Eval(context),
-                    self._velocity.Eval(context),
-                    touch[:2],
-                ]
-            )
+            [
+                *self._pose.Eval(context),
+                *self._velocity.Eval(context),
+                touching,
+                contacts,
+            ]
         )

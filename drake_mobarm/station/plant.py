@@ -136,10 +136,11 @@ def obstacle_contact_test(
     touchable = {int(b.index()) for b in bodies} - rolling
 
     def is_obstacle_contact(contact: PointPairContactInfo) -> bool:
-        a, b = int(contact.bodyA_index()), int(contact.bodyB_index())
-        if a in rolling or b in rolling:
-            return False  # They meet nothing but the ground.
-        return (a in touchable) != (b in touchable)
+        a = int(contact.bodyA_index())
+        if a in rolling:  # It meets nothing but the ground.
+            return False
+        b = int(contact.bodyB_index())
+        return b not in rolling and (a in touchable) != (b in touchable)
 
     return is_obstacle_contact
 

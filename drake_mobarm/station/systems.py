@@ -62,16 +62,16 @@ class BaseDriver(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        wheels = WheelState(self._wheels.Eval(context))
-        measured = self._parameters.base.body_velocity(
-            [wheels.speed_left, wheels.speed_right]
-        )
+        _, _, left, right = self._wheels.Eval(context).tolist()
+        measured = self._parameters.base.body_velocity(left, right)
         reference = yield_to(
-            context.get_discrete_state(self._reference).value(),
+            context.get_discrete_state(self._reference).value().tolist(),
             measured,
             self._parameters,
         )
-        target = limit_velocity(self._command.Eval(context), self._parameters)
+        target = limit_velocity(
+            self._command.Eval(context).tolist(), self._parameters
+        )
         following = ramp(reference, target, self._step, self._parameters)
         state.set_value(
             self._torque,
@@ -107,6 +107,7 @@ class ArmDriver(LeafSystem):
         super().__init__()
         self._parameters = parameters
         self._step = 1 / parameters.rate
+        self._no_load_speed = np.array(parameters.no_load_speed)
         self._model = _ArmModel()
         self._desired = self.DeclareVectorInputPort(
             "desired_arm_state", size(ArmState)
@@ -122,40 +123,31 @@ class ArmDriver(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        measured = self._measured.Eval(context).reshape(2, 6)
-        desired = self._desired.Eval(context).reshape(2, 6)
-        reference = (
-            context.get_discrete_state(self._reference).value().reshape(2, 6)
-        )
-        error, error_rate = reference - measured
+        measured = self._measured.Eval(context)
+        desired = self._desired.Eval(context)
+        reference = context.get_discrete_state(self._reference).value()
+        model = self._model
+        error = reference - measured
         u = desired_acceleration(
-            error,
-            error_rate,
-            self._model.acceleration_limit,
-            self._parameters,
+            error[:6], error[6:], model.acceleration_limit, self._parameters
         )
-        torque = self._model.inverse_dynamics(measured, u)
-        state.set_value(
-            self._torque,
-            limit_torque(
-                torque,
-                measured[1],
-                self._model.stall_torque,
-                self._parameters.no_load_speed,
-            ),
+        torque = limit_torque(
+            model.inverse_dynamics(measured.reshape(2, 6), u),
+            measured[6:],
+            model.stall_torque,
+            self._no_load_speed,
         )
+        state.set_value(self._torque, torque)
         # Most of the time the arm is where it should be: nothing to do then.
         if (desired != reference).any() and np.isfinite(desired).all():
-            state.set_value(
-                self._reference,
-                limit_reference(
-                    reference,
-                    self._model.within_limits(desired),
-                    self._step,
-                    self._model.speed_limit,
-                    REFERENCE_SHARE * self._model.acceleration_limit,
-                ).ravel(),
+            following = limit_reference(
+                reference.reshape(2, 6),
+                model.within_limits(desired.reshape(2, 6)),
+                self._step,
+                model.speed_limit,
+                REFERENCE_SHARE * model.acceleration_limit,
             )
+            state.set_value(self._reference, following.ravel())
 
 
 class _ArmModel:

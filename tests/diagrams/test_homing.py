@@ -1,3 +1,5 @@
+"""Homing in whole: runs that end well, their seeds, what noise does."""
+
 import numpy as np
 import pytest
 

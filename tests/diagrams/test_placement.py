@@ -19,6 +19,7 @@ from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.signals import BestStand
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.sdf import load_world
+from helpers.urdf import set_arm
 
 OPEN = ["world=empty", "start=[0, 0, 0]", "grid=plain", "grid_size=0.2"]
 HIGH = "target=[1, 0, 2.5]"
@@ -73,9 +74,8 @@ def test_the_plant_on_the_stand_has_its_tool_on_the_target(shipped):
     context = plant.CreateDefaultContext()
     stand = BestStand(shipped.outputs["best_stand"])
     base = plant.GetBodyByName("base")
-    joints = {name: getattr(stand, f"{name}_q") for name in ARM_JOINTS}
-    for name, angle in joints.items():
-        plant.GetJointByName(name).set_angle(context, angle)
+    q = [getattr(stand, f"{name}_q") for name in ARM_JOINTS]
+    set_arm(plant, context, q)
     tool = plant.GetFrameByName("tool").CalcPose(context, base.body_frame())
     c, s = np.cos(stand.yaw), np.sin(stand.yaw)
     R_WB = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])

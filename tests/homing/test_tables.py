@@ -1,0 +1,67 @@
+"""The trials of homing's tables: where they start and where beacons are."""
+
+from drake_mobarm import load_scenario
+from drake_mobarm.homing.tables import (
+    AREA,
+    ROOMS,
+    house_trials,
+    open_space_trials,
+)
+from drake_mobarm.robot.shape import HEIGHTS
+from drake_mobarm.world.obstacles import clearance, outlines
+from drake_mobarm.world.sdf import load_world
+
+
+def beacon(trial):
+    return [trial.notes["beacon_x_m"], trial.notes["beacon_y_m"]]
+
+
+def start(trial):
+    return [trial.notes["start_x_m"], trial.notes["start_y_m"]]
+
+
+def test_open_space_has_ten_targets_a_quadrant_the_same_for_every_case():
+    trials = list(open_space_trials(0, 40))
+    by_case = {}
+    for trial in trials:
+        by_case.setdefault(trial.case, []).append(trial)
+    assert len(by_case) == 10
+    first = next(iter(by_case.values()))
+    for of_case in by_case.values():
+        assert [beacon(t) for t in of_case] == [beacon(t) for t in first]
+        assert [t.seed for t in of_case] == [t.seed for t in first]
+    quadrants = [(beacon(t)[0] > 0, beacon(t)[1] > 0) for t in first]
+    assert all(quadrants.count(q) == 10 for q in set(quadrants))
+    assert len(set(quadrants)) == 4
+    assert all(abs(x) <= AREA for t in first for x in beacon(t))
+    assert len({t.seed for t in first}) == 40
+
+
+def test_house_trials_stand_free_in_their_rooms():
+    footprint = outlines(load_world("small_house").obstacles, *HEIGHTS)
+    trials = list(house_trials(0, 80))
+    pairs = [(t.notes["start_room"], t.notes["target_room"]) for t in trials]
+    assert len(set(pairs)) == 16
+    assert all(pairs.count(pair) == 2 * 5 for pair in set(pairs))
+    for trial in trials:
+        for place, room in (
+            (start(trial), trial.notes["start_room"]),
+            (beacon(trial), trial.notes["target_room"]),
+        ):
+            x_min, x_max, y_min, y_max = ROOMS[room]
+            assert x_min <= place[0] <= x_max
+            assert y_min <= place[1] <= y_max
+            assert clearance(footprint, place) > 0.27
+
+
+def test_a_trials_notes_are_what_its_overrides_say():
+    for trial in [*open_space_trials(1, 4), *house_trials(1, 4)]:
+        scenario = load_scenario("homing", trial.overrides)
+        assert scenario.beacon == beacon(trial)
+        assert scenario.start == [*start(trial), trial.notes["start_yaw_rad"]]
+        assert scenario.estimator in trial.case
+
+
+def test_other_seeds_give_other_trials_and_the_same_seed_the_same():
+    assert list(house_trials(3, 4)) == list(house_trials(3, 4))
+    assert list(house_trials(3, 4)) != list(house_trials(4, 4))

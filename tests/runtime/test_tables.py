@@ -1,0 +1,72 @@
+"""A table's means, its folder, and what it refuses."""
+
+import json
+
+import pytest
+
+from drake_mobarm.homing.tables import TABLES
+from drake_mobarm.runtime.tables import reproduce, summarise
+from helpers.refusals import assert_refused
+
+
+def test_means_are_over_successes_and_success_over_all():
+    def row(success, error):
+        return {
+            "case": "c",
+            "success": success,
+            "time_to_target_s": 10.0,
+            "net_velocity_m_per_s": 0.5,
+            "goal_position_error_m": error,
+            "final_position_error_m": 0.2,
+            "path_efficiency": 0.9,
+            "contacts": 2.0,
+        }
+
+    table = TABLES["2.3"]
+    (summary,) = summarise(
+        table, [row(True, 0.1), row(True, 0.3), row(False, 9.0)]
+    )
+    assert summary["success_percent"] == pytest.approx(200 / 3)
+    assert summary["mean_goal_position_error_m"] == pytest.approx(0.2)
+    assert summary["contacts"] == 6
+    assert summary["trials_with_contact"] == 3
+    (nothing,) = summarise(table, [row(False, 1.0)])
+    assert nothing["mean_goal_position_error_m"] is None
+
+
+def test_the_table_does_not_depend_on_the_number_of_jobs(tmp_path):
+    tables = []
+    for jobs in (1, 2):
+        folder = tmp_path / str(jobs)
+        reproduce("2.3", folder, trials=1, jobs=jobs, seed=5)
+        tables.append(
+            [
+                (folder / name).read_text()
+                for name in ("table.json", "trials.csv", "table.md")
+            ]
+        )
+        assert (folder / "by_location.png").stat().st_size > 10_000
+    assert tables[0] == tables[1]
+    content = json.loads(tables[0][0])
+    assert content["table"] == "2.3"
+    assert content["trials"] == 1
+    assert content["seed"] == 5
+    assert len(content["rows"]) == 10
+    assert content["rows"][4]["dissertation"]["success_percent"] == 100
+    assert content["rows"][4]["dissertation"][
+        "mean_goal_position_error_m"
+    ] == pytest.approx(0.11)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "refused"),
+    [
+        ({"name": "7.1"}, "unknown table '7.1'"),
+        ({"name": "2.3", "trials": 0}, "trials"),
+        ({"name": "2.3", "jobs": -1}, "jobs"),
+        ({"name": "2.3", "seed": -1}, "seed"),
+    ],
+)
+def test_impossible_sweeps_are_refused(arguments, refused, tmp_path):
+    assert_refused(refused, reproduce, folder=tmp_path / "t", **arguments)
+    assert not (tmp_path / "t").exists()

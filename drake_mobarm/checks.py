@@ -25,6 +25,13 @@ def require(holds: bool, field: str, value: object, valid: str) -> None:
         raise ParameterError(f"{field} is {value!r}: valid is {valid}")
 
 
+def finite(owner: object, *fields: str) -> None:
+    """Each field has to be a finite number."""
+    for field in fields:
+        value = getattr(owner, field)
+        require(math.isfinite(value), field, value, "finite")
+
+
 def positive(owner: object, *fields: str) -> None:
     """Each field has to be a finite number above 0."""
     for field in fields:
@@ -96,13 +103,14 @@ def finite_numbers(owner: object, meaning: str, *fields: str) -> None:
 
 def positive_numbers(owner: object, count: int, *fields: str) -> None:
     """Each field has to be a list of so many finite numbers above 0."""
+    valid = f"{count} finite numbers above 0"
     for field in fields:
         value = getattr(owner, field)
         require(
             len(value) == count and all(0 < x < math.inf for x in value),
             field,
             value,
-            f"{count} finite numbers above 0",
+            valid,
         )
 
 

@@ -33,18 +33,21 @@ class HybridParameters:
     """Parameters of the hybrid estimator.
 
     Attributes:
-        k: fraction of the way to the newest line of sight [-], in (0, 1];
-            the dissertation's is 0.8.
-        buffer: how many vector positions are kept [-], at least 3; 20.
-        tau: decay of their weights [readings], positive; not given, see
-            `mobarm reproduce tau`.
-        agreement: threshold of (2.14) [-], positive; 0.3.
-        z_threshold: of the outlier test [-], positive; 1.645 (90 %).
-        arrival_distance: robot to estimate [m], positive; 0.3.
-        arrival_agreement: parallax to vector position [m], positive; not
-            given.
-        min_move: least baseline of the first crossing [m]; not given.
-        min_angle: least angle of the first crossing [rad]; not given.
+        k: fraction of the way to the newest line of sight [-]; the
+            dissertation has 0.8.
+        buffer: how many vector positions are kept [-]; the dissertation has
+            20.
+        tau: decay of their weights [readings]; the dissertation gives none,
+            see `mobarm reproduce tau`.
+        agreement: threshold of (2.14) [-]; the dissertation has 0.3.
+        z_threshold: of the outlier test [-]; the dissertation has 1.645, for
+            90 %.
+        arrival_distance: from the robot to the estimate [m]; the
+            dissertation has 0.3.
+        arrival_agreement: from the parallax to the vector position at arrival
+            [m]; the dissertation gives none.
+        min_move: least baseline of the first crossing [m]; ours.
+        min_angle: least angle of the first crossing [rad]; ours.
     """
 
     k: float = 0.8

@@ -67,10 +67,11 @@ def draw_trajectory(run: RunRecord) -> Figure:
             axes, world, np.vstack([path, estimates[-1:], [scenario.beacon]])
         )
         metrics = run.metrics
+        # Two lines: some buildings are narrow.
         axes.set_title(
-            f"{run.reason}: {metrics['time_to_target_s']:.1f} s, estimate "
-            f"off by {100 * metrics['goal_position_error_m']:.1f} cm, path "
-            f"efficiency {metrics['path_efficiency']:.2f}",
+            f"{run.reason}, {metrics['time_to_target_s']:.1f} s\n"
+            f"estimate off by {100 * metrics['goal_position_error_m']:.1f} cm, "
+            f"path efficiency {metrics['path_efficiency']:.2f}",
             loc="left",
         )
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from drake_mobarm.checks import positive
+from drake_mobarm.checks import finite, positive
 
 
 @dataclass(kw_only=True)
@@ -41,6 +41,7 @@ class DifferentialDrive:
     wheel_torque_limit: float = 6.0
 
     def __post_init__(self) -> None:
+        finite(self, "com_offset")
         positive(
             self,
             "wheel_radius",

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import positive, require, within
+from drake_mobarm.checks import finite, positive, require
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.geometry import Array
 
@@ -24,7 +24,7 @@ class RssiModel:
     path_loss_exponent: float = 2.0
 
     def __post_init__(self) -> None:
-        within(self, "(-inf, inf)", "rssi_at_1m")
+        finite(self, "rssi_at_1m")
         positive(self, "path_loss_exponent")
 
     def rssi(self, distance: ArrayLike) -> Any:

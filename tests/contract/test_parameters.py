@@ -142,11 +142,6 @@ def test_parameters_of_every_room_are_reached():
         pytest.param(
             parameter,
             id=name,
-            marks=pytest.mark.xfail(
-                name == "DifferentialDrive.com_offset",
-                reason="its class does not check it",
-                strict=True,
-            ),
         )
         for name, parameter in OF_NUMBERS.items()
         if parameter.kind is not int
@@ -160,13 +155,7 @@ def test_what_is_not_finite_is_refused_by_name(parameter):
             parameter.refusal(value)
 
 
-@each(
-    {
-        name: parameter
-        for name, parameter in OF_NUMBERS.items()
-        if name != "DifferentialDrive.com_offset"
-    }
-)
+@each(OF_NUMBERS)
 def test_the_range_that_a_refusal_states_is_kept(parameter):
     stated = parameter.stated_range()
     for number in just_outside(stated):

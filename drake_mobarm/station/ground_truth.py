@@ -109,7 +109,7 @@ class GroundTruthMonitor(LeafSystem):
             "contact_results", AbstractValue.Make(ContactResults())
         )
         # touching, contacts, time of the last touch
-        self._touch = self.DeclareDiscreteState([0.0, 0.0, -np.inf])
+        self.DeclareDiscreteState([0.0, 0.0, -np.inf])
         self.DeclareVectorOutputPort(
             "ground_truth", size(GroundTruth), self._calc_truth
         )
@@ -117,23 +117,20 @@ class GroundTruthMonitor(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         results = self._results.Eval(context)
-        touching = False
-        for index in range(results.num_point_pair_contacts()):
-            contact = results.point_pair_contact_info(index)
-            if self._is_obstacle_contact(contact):
-                touching = True
-                break
-        touch = context.get_discrete_state(self._touch).value()
-        was_touching, contacts, last_touch = touch.tolist()
-        if touching:
+        contacts = map(
+            results.point_pair_contact_info,
+            range(results.num_point_pair_contacts()),
+        )
+        touch = context.get_discrete_state_vector()
+        if any(map(self._is_obstacle_contact, contacts)):
             time = context.get_time()
-            contacts += time - last_touch > _CONTACT_PAUSE
-            state.set_value(self._touch, [1.0, contacts, time])
-        elif was_touching:
-            state.set_value(self._touch, [0.0, contacts, last_touch])
+            is_new = time - touch[2] > _CONTACT_PAUSE
+            state.set_value([1.0, touch[1] + is_new, time])
+        elif touch[0]:
+            state.set_value([0.0, touch[1], touch[2]])
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
-        touching, contacts, _ = context.get_discrete_state(self._touch).value()
+        touching, contacts, _ = context.get_discrete_state_vector().value()
         output.SetFromVector(
             [
                 *self._pose.Eval(context),

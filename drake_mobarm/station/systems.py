@@ -107,7 +107,6 @@ class ArmDriver(LeafSystem):
         super().__init__()
         self._parameters = parameters
         self._step = 1 / parameters.rate
-        self._no_load_speed = np.array(parameters.no_load_speed)
         self._model = _ArmModel()
         self._desired = self.DeclareVectorInputPort(
             "desired_arm_state", size(ArmState)
@@ -123,29 +122,32 @@ class ArmDriver(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
+        model = self._model
         measured = self._measured.Eval(context)
         desired = self._desired.Eval(context)
         reference = context.get_discrete_state(self._reference).value()
-        model = self._model
-        error = reference - measured
+        error = (reference - measured).tolist()
         u = desired_acceleration(
             error[:6], error[6:], model.acceleration_limit, self._parameters
         )
         torque = limit_torque(
-            model.inverse_dynamics(measured.reshape(2, 6), u),
-            measured[6:],
+            model.inverse_dynamics(measured, u),
+            measured[6:].tolist(),
             model.stall_torque,
-            self._no_load_speed,
+            self._parameters.no_load_speed,
         )
         state.set_value(self._torque, torque)
         # Most of the time the arm is where it should be: nothing to do then.
-        if (desired != reference).any() and np.isfinite(desired).all():
+        if (
+            desired.tolist() != reference.tolist()
+            and np.isfinite(desired).all()
+        ):
             following = limit_reference(
                 reference.reshape(2, 6),
                 model.within_limits(desired.reshape(2, 6)),
                 self._step,
                 model.speed_limit,
-                REFERENCE_SHARE * model.acceleration_limit,
+                REFERENCE_SHARE * np.array(model.acceleration_limit),
             )
             state.set_value(self._reference, following.ravel())
 
@@ -172,18 +174,16 @@ class _ArmModel:
         self._state = np.zeros((2, self._plant.num_velocities()))
         self._u = np.zeros(self._plant.num_velocities())
         self._forces = MultibodyForces(self._plant)
-        self.stall_torque = np.array(
-            [
-                self._plant.GetJointActuatorByName(name).effort_limit()
-                for name in ARM_JOINTS
-            ]
-        )
+        self.stall_torque = [
+            self._plant.GetJointActuatorByName(name).effort_limit()
+            for name in ARM_JOINTS
+        ]
         self.speed_limit = np.array(
             [joint.velocity_upper_limits()[0] for joint in joints]
         )
-        self.acceleration_limit = np.array(
-            [joint.acceleration_upper_limits()[0] for joint in joints]
-        )
+        self.acceleration_limit = [
+            float(joint.acceleration_upper_limits()[0]) for joint in joints
+        ]
         self._lower = np.array(
             [joint.position_lower_limits()[0] for joint in joints]
         )
@@ -197,14 +197,16 @@ class _ArmModel:
             [np.clip(desired[0], self._lower, self._upper), desired[1]]
         )
 
-    def inverse_dynamics(self, state: Any, u: Any) -> Any:
-        """Tau = D(q) u + C(q, v) v + g(q) [N m], (6,); (7.13)."""
-        self._state[:, self._arm] = state
+    def inverse_dynamics(self, state: Any, u: list[float]) -> list[float]:
+        """Tau = D(q) u + C(q, v) v + g(q) [N m], (7.13), at a state (12,)."""
+        self._state[:, self._arm] = state.reshape(2, 6)
         self._u[self._arm] = u
         self._plant.SetPositionsAndVelocities(
             self._context, self._state.ravel()
         )
         self._plant.CalcForceElementsContribution(self._context, self._forces)
-        return self._plant.CalcInverseDynamics(
+        tau = self._plant.CalcInverseDynamics(
             self._context, self._u, self._forces
-        )[self._arm]
+        )
+        torque: list[float] = tau[self._arm].tolist()
+        return torque

@@ -65,9 +65,7 @@ def test_gains_damp_an_error_critically():
     # held for 1 ms here, so the step barely matters.
     error, rate, step = np.array([0.1]), np.array([0.0]), 1e-3
     for _ in range(200):
-        u = desired_acceleration(
-            error, rate, np.array([1e3]), ArmDriveParameters()
-        )
+        (u,) = desired_acceleration(error, rate, [1e3], ArmDriveParameters())
         error, rate = error + step * rate - step**2 / 2 * u, rate - step * u
         assert error[0] > 0
     assert error[0] == pytest.approx(0.1 * 5 * math.exp(-4), rel=0.1)
@@ -80,7 +78,7 @@ def test_closed_loop_follows_a_jump_no_farther_behind_than_its_gain_says(jump):
     reference, goal = np.zeros((2, 1)), np.array([[jump], [0.0]])
     passed, lag = [], []
     for _ in range(350):
-        u = desired_acceleration(
+        (u,) = desired_acceleration(
             reference[0] - q,
             reference[1] - v,
             ACCELERATION,
@@ -214,13 +212,12 @@ def test_joints_do_not_meddle_with_each_other():
 
 # Torque
 
-STALL, NO_LOAD = np.array([8.0]), np.array([4.0])
+STALL, NO_LOAD = [8.0], [4.0]
 
 
 def limited(torque, speed):
-    return limit_torque(
-        np.array([torque]), np.array([speed]), STALL, NO_LOAD
-    ).item()
+    (given,) = limit_torque([torque], [speed], STALL, NO_LOAD)
+    return given
 
 
 @pytest.mark.parametrize(

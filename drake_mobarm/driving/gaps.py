@@ -39,7 +39,9 @@ class Gaps:
 
 def unit(angles: Array | float) -> Array:
     """Unit vectors, (..., 2), along angles (...) [rad]."""
-    vectors = np.empty((*np.shape(angles), 2))
+    if isinstance(angles, float):  # Five times faster than an array of one.
+        return np.array([math.cos(angles), math.sin(angles)])
+    vectors = np.empty((*angles.shape, 2))
     vectors[..., 0], vectors[..., 1] = np.cos(angles), np.sin(angles)
     return vectors
 
@@ -137,7 +139,7 @@ def free_along(
     offset = np.sum(starts * along_unit, axis=1)[:, None]
     along = along_unit @ points.T - offset
     across = normal @ points.T - np.sum(starts * normal, axis=1)[:, None]
-    beyond = along - np.clip(along, 0.0, length[:, None])
+    beyond = along - np.minimum(np.maximum(along, 0.0), length[:, None])
     met = across**2 + beyond**2 < radius**2
     first: Array = np.where(met, along, np.inf).min(axis=1, initial=np.inf)
     return first
@@ -155,8 +157,8 @@ def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
     Returns:
         The gaps: those with the thing to the right first.
     """
-    after = np.append(free[1:], free[0])
-    following = np.append(angles[1:], angles[0])
+    after = np.concatenate([free[1:], free[:1]])
+    following = np.concatenate([angles[1:], angles[:1]])
     left = after - free > jump  # Free to the left of a thing.
     right = free - after > jump
     near = np.concatenate([free[left], after[right]])

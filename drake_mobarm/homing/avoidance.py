@@ -43,6 +43,7 @@ the robot turns back once, after `first_leg`. Where it meets a boundary at the
 place of the last meeting, it takes the other side.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -119,7 +120,7 @@ def update(
     pose_WL: ArrayLike,
     p_WT: ArrayLike,
     ranges: ArrayLike,
-    velocity: ArrayLike,
+    velocity: Iterable[float],
     range_max: float,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
@@ -141,7 +142,7 @@ def update(
     position = np.array([x, y])
     estimate = np.asarray(p_WT, dtype=float)
     scanned = np.asarray(ranges, dtype=float)
-    missing = np.isnan(scanned).mean()
+    missing = np.count_nonzero(np.isnan(scanned)) / scanned.size
     if not np.isfinite(estimate).all() or missing > _MISSING_RAYS:
         return _wait(state, position, yaw)
     state = _remember(state, position, estimate, parameters)
@@ -250,8 +251,8 @@ def _head_for_target(
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     """Rule "target"."""
-    state = replace(state, rule="target", mode=Seek())
-    return drive(state, situation, situation.target, parameters)
+    way = situation.target
+    return drive(state, situation, way, parameters, rule="target", mode=Seek())
 
 
 def _head_for_gap(
@@ -268,8 +269,8 @@ def _head_for_gap(
     gap = ChosenGap(place, side=int(gaps.sides[best]))
     ahead = min(scan.free_length(angle, situation.radius), AHEAD)
     way = max(gaps.lengths[best], ahead) * unit(angle)
-    state = replace(state, rule="gap", mode=replace(mode, gap=gap))
-    return drive(state, situation, way, parameters)
+    mode = replace(mode, gap=gap)
+    return drive(state, situation, way, parameters, rule="gap", mode=mode)
 
 
 def _head_for_exit(
@@ -279,9 +280,8 @@ def _head_for_exit(
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     """Rule "leave"."""
-    state = replace(state, rule="leave", mode=Leave(exit_place))
-    way = exit_place - situation.scan.position
-    return drive(state, situation, way, parameters)
+    way, mode = exit_place - situation.scan.position, Leave(exit_place)
+    return drive(state, situation, way, parameters, rule="leave", mode=mode)
 
 
 def _is_ahead(exit_place: Array, situation: Situation) -> bool:

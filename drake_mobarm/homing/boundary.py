@@ -124,8 +124,10 @@ def follow(
             mode = replace(mode, edge=scan.position + met)
     way = order[opened]
     return drive(
-        replace(state, rule="follow", mode=mode),
+        state,
         situation,
         min(free[way], AHEAD) * unit(angles[way]),
         parameters,
+        rule="follow",
+        mode=mode,
     )

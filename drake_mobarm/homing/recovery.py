@@ -1,9 +1,9 @@
 """Rule "back" of `avoidance`: touching what the lidar does not see."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from drake_mobarm.driving.gaps import unit
 from drake_mobarm.driving.scan import length, lengths
@@ -43,7 +43,7 @@ _TOUCHED_POINTS = 90
 def count_standing(
     state: AvoidanceState,
     situation: Situation,
-    velocity: ArrayLike,
+    velocity: Iterable[float],
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     """Counts the updates for which the robot was to move and stood.
@@ -54,7 +54,7 @@ def count_standing(
         velocity: measured speed [m/s] and turn rate [rad/s], (2,).
         parameters: of the rules.
     """
-    speed, turn_rate = np.abs(np.asarray(velocity, dtype=float))
+    speed, turn_rate = map(abs, velocity)
     way = state.waypoint - situation.scan.position
     error = wrap_angle(np.arctan2(way[1], way[0]) - situation.scan.yaw)
     to_move = state.speed_limit > _MOVING_LIMIT and length(way) > _MOVING_WAY
@@ -65,6 +65,8 @@ def count_standing(
     count = state.recovery.standing
     # Counts down slowly: a robot that grazes a thing turns now and then.
     count = count + 1 if stands else max(count - 1, 0)
+    if count == state.recovery.standing:
+        return state
     return replace(state, recovery=replace(state.recovery, standing=count))
 
 

@@ -11,6 +11,9 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.homing.avoidance_state import (
     AvoidanceParameters,
     AvoidanceState,
+    Follow,
+    Leave,
+    Seek,
 )
 from drake_mobarm.sensors.lidar import ray_angles
 
@@ -129,6 +132,9 @@ def drive(
     situation: Situation,
     way: Array,
     parameters: AvoidanceParameters,
+    *,
+    rule: str,
+    mode: Seek | Follow | Leave,
 ) -> AvoidanceState:
     """Sets the waypoint, and a careful speed on the way to it.
 
@@ -137,10 +143,14 @@ def drive(
         situation: of this update.
         way: p_BQ_W, from the robot to the waypoint [m], (2,).
         parameters: of the rules.
+        rule: the name of the rule that chose the way.
+        mode: the state from now on.
     """
     scan = situation.scan
     return replace(
         state,
+        rule=rule,
+        mode=mode,
         waypoint=scan.position + way,
         speed_limit=careful_speed(
             scan,

@@ -102,11 +102,11 @@ def free_around(
     half = np.arcsin(reach / np.maximum(distance, 1e-9))
     first = np.ceil((bearing - half) / step).astype(int)
     blocked = np.floor((bearing + half) / step).astype(int) - first + 1
+    # One entry a point and direction: each point, its directions in order.
     point = np.repeat(np.arange(len(points)), blocked)
-    offset = np.arange(len(point)) - np.repeat(
-        np.cumsum(blocked) - blocked, blocked
+    direction = (
+        np.arange(len(point)) + (first + blocked - np.cumsum(blocked))[point]
     )
-    direction = first[point] + offset
     # In single precision, far below the noise: several times faster.
     angle = (direction * step - bearing[point]).astype(np.float32)
     away = distance.astype(np.float32)[point]

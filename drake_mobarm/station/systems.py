@@ -1,15 +1,8 @@
 """The station's two drivers as LeafSystems."""
 
-from typing import Any
-
 import numpy as np
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import MultibodyForces
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.robot.shape import URDF
 from drake_mobarm.signals import ArmState, BaseVelocity, WheelState, size
 from drake_mobarm.station.arm_drive import (
     REFERENCE_SHARE,
@@ -18,6 +11,7 @@ from drake_mobarm.station.arm_drive import (
     limit_reference,
     limit_torque,
 )
+from drake_mobarm.station.arm_model import ArmModel
 from drake_mobarm.station.base_drive import (
     BaseDriveParameters,
     drive_torques,
@@ -107,7 +101,7 @@ class ArmDriver(LeafSystem):
         super().__init__()
         self._parameters = parameters
         self._step = 1 / parameters.rate
-        self._model = _ArmModel()
+        self._model = ArmModel()
         self._desired = self.DeclareVectorInputPort(
             "desired_arm_state", size(ArmState)
         )
@@ -150,63 +144,3 @@ class ArmDriver(LeafSystem):
                 REFERENCE_SHARE * np.array(model.acceleration_limit),
             )
             state.set_value(self._reference, following.ravel())
-
-
-class _ArmModel:
-    """The arm on a base that stands still, for (7.13), and its limits.
-
-    Its context is scratch: what is read of it is written right before, so it
-    keeps nothing between updates. It is not for two threads at once.
-    """
-
-    def __init__(self) -> None:
-        self._plant = MultibodyPlant(0.0)
-        Parser(self._plant).AddModels(str(URDF))
-        self._plant.WeldFrames(
-            self._plant.world_frame(), self._plant.GetFrameByName("base")
-        )
-        self._plant.Finalize()
-        self._context = self._plant.CreateDefaultContext()
-        joints = [self._plant.GetJointByName(name) for name in ARM_JOINTS]
-        first = joints[0].velocity_start()
-        self._arm = slice(first, first + len(joints))
-        # Wheels stand still; base and wheels have as many speeds as angles.
-        self._state = np.zeros((2, self._plant.num_velocities()))
-        self._u = np.zeros(self._plant.num_velocities())
-        self._forces = MultibodyForces(self._plant)
-        self.stall_torque = [
-            self._plant.GetJointActuatorByName(name).effort_limit()
-            for name in ARM_JOINTS
-        ]
-        self.speed_limit = np.array(
-            [joint.velocity_upper_limits()[0] for joint in joints]
-        )
-        self.acceleration_limit = [
-            float(joint.acceleration_upper_limits()[0]) for joint in joints
-        ]
-        self._lower = np.array(
-            [joint.position_lower_limits()[0] for joint in joints]
-        )
-        self._upper = np.array(
-            [joint.position_upper_limits()[0] for joint in joints]
-        )
-
-    def within_limits(self, desired: Any) -> Any:
-        """A desired state (2, 6) with its positions in the joints' limits."""
-        return np.array(
-            [np.clip(desired[0], self._lower, self._upper), desired[1]]
-        )
-
-    def inverse_dynamics(self, state: Any, u: list[float]) -> list[float]:
-        """Tau = D(q) u + C(q, v) v + g(q) [N m], (7.13), at a state (12,)."""
-        self._state[:, self._arm] = state.reshape(2, 6)
-        self._u[self._arm] = u
-        self._plant.SetPositionsAndVelocities(
-            self._context, self._state.ravel()
-        )
-        self._plant.CalcForceElementsContribution(self._context, self._forces)
-        tau = self._plant.CalcInverseDynamics(
-            self._context, self._u, self._forces
-        )
-        torque: list[float] = tau[self._arm].tolist()
-        return torque

@@ -79,15 +79,17 @@ def cast_rays(
     # One entry a side and ray: each side, its rays in order.
     side = np.repeat(np.arange(len(seen)), count)
     ray = np.arange(len(side)) + (first + count - np.cumsum(count))[side]
-    angle = ray * step - np.pi + yaw
+    ray %= rays
+    angles = ray_angles(rays) + yaw
     across = (
-        np.cos(angle) * (b_y - a_y)[side] - np.sin(angle) * (b_x - a_x)[side]
+        np.cos(angles)[ray] * (b_y - a_y)[side]
+        - np.sin(angles)[ray] * (b_x - a_x)[side]
     )
     # A ray along the side itself has across = 0: its neighbours meet it.
     reach = np.full(len(side), np.inf)
     np.divide(cross[side], across, out=reach, where=across < 0)
     distance = np.full(rays, np.inf)
-    np.minimum.at(distance, ray % rays, reach)
+    np.minimum.at(distance, ray, reach)
     return distance
 
 

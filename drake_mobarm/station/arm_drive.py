@@ -107,11 +107,10 @@ def limit_torque(
     the direction of motion; against it a motor brakes with its stall torque.
     """
     limited = []
-    for tau, v, most, v_most in zip(
+    for tau, v, limit, v_most in zip(
         torque, speed, stall, no_load_speed, strict=True
     ):
-        share = v / v_most
-        high = most * min(max(1 - share, 0.0), 1.0)
-        low = -most * min(max(1 + share, 0.0), 1.0)
-        limited.append(min(max(tau, low), high))
+        if tau * v > 0:
+            limit = max(limit * (1 - abs(v) / v_most), 0.0)
+        limited.append(min(max(tau, -limit), limit))
     return limited

@@ -185,11 +185,14 @@ class Odometry(LeafSystem):
         self._wheels = self.DeclareVectorInputPort(
             "measured_wheel_state", size(WheelState)
         )
-        self._pose = self.DeclareDiscreteState(start)
-        self._velocity = self.DeclareDiscreteState(size(BaseVelocity))
-        self._last_angles = self.DeclareDiscreteState(2)
-        self.DeclareStateOutputPort("measured_base_pose", self._pose)
-        self.DeclareStateOutputPort("measured_base_velocity", self._velocity)
+        pose = self.DeclareDiscreteState(start)
+        velocity = self.DeclareDiscreteState(size(BaseVelocity))
+        last_angles = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("measured_base_pose", pose)
+        self.DeclareStateOutputPort("measured_base_velocity", velocity)
+        # Whole numbers: Drake's own indices take longer to hand over.
+        self._pose, self._velocity = int(pose), int(velocity)
+        self._last_angles = int(last_angles)
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:

@@ -50,9 +50,11 @@ class BaseDriver(LeafSystem):
         self._wheels = self.DeclareVectorInputPort(
             "measured_wheel_state", size(WheelState)
         )
-        self._reference = self.DeclareDiscreteState(2)
-        self._torque = self.DeclareDiscreteState(2)
-        self.DeclareStateOutputPort("wheel_torque", self._torque)
+        reference = self.DeclareDiscreteState(2)
+        torque = self.DeclareDiscreteState(2)
+        self.DeclareStateOutputPort("wheel_torque", torque)
+        # Whole numbers: Drake's own indices take longer to hand over.
+        self._reference, self._torque = int(reference), int(torque)
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
@@ -108,11 +110,10 @@ class ArmDriver(LeafSystem):
         self._measured = self.DeclareVectorInputPort(
             "measured_arm_state", size(ArmState)
         )
-        self._reference = self.DeclareDiscreteState(
-            np.concatenate([initial_q, np.zeros(6)])
-        )
-        self._torque = self.DeclareDiscreteState(6)
-        self.DeclareStateOutputPort("arm_torque", self._torque)
+        reference = self.DeclareDiscreteState([*initial_q, *np.zeros(6)])
+        torque = self.DeclareDiscreteState(6)
+        self.DeclareStateOutputPort("arm_torque", torque)
+        self._reference, self._torque = int(reference), int(torque)
         self.DeclarePeriodicDiscreteUpdateEvent(self._step, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:

@@ -1,6 +1,6 @@
 """Placement: the stand planner; with a target, and the robot on its stand."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from pydrake.geometry import Meshcat, SceneGraph
 from pydrake.multibody.parsing import Parser
@@ -13,7 +13,7 @@ from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
 from drake_mobarm.placement.collision import Surroundings
 from drake_mobarm.placement.free_space import FreeSpace
 from drake_mobarm.placement.grid import optimise_grid, plain_grid
-from drake_mobarm.placement.job import PlacementScenario
+from drake_mobarm.placement.job import PlacementParameters, PlacementScenario
 from drake_mobarm.placement.objective import PlacementObjective
 from drake_mobarm.placement.planner import PlannerParameters
 from drake_mobarm.placement.problem import StandProblem, ToolTarget
@@ -25,6 +25,7 @@ from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY
 from drake_mobarm.station.plant import place_robot
 from drake_mobarm.world.sdf import add_world, load_world
+from drake_mobarm.world.world import World
 
 PLACEMENT_BLOCKS = ("planner",)
 """The block that a user may exchange."""
@@ -33,14 +34,23 @@ PLAN_RATE = 10.0
 
 
 def build_job(
-    scenario: PlacementScenario,
+    parameters: PlacementParameters,
     *,
+    world: World,
+    start: Sequence[float],
+    target: ToolTarget,
+    heading: float | None = None,
     blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
     """Wires placement without a target.
 
     Args:
-        scenario: what to build; of its target only the height matters.
+        parameters: how a stand is chosen.
+        world: the building.
+        start: where the base is when it begins, [x, y, ...] in W [m].
+        target: height and approach of the tool's target; its place on the
+            floor plan, which has to be on the map, comes through the input.
+        heading: of the base at the stand [rad]; None where it may choose.
         blocks: systems in the places of some of `PLACEMENT_BLOCKS`.
 
     Returns:
@@ -54,7 +64,7 @@ def build_job(
     wiring = Wiring(blocks)
     wiring.add(
         "planner",
-        lambda: make_planner(scenario),
+        lambda: make_planner(parameters, world, start, target, heading),
         {"placement": None, "planned": 1} | sizes("best_stand"),
     )
     wiring.export("placement", "best_stand", "planned")
@@ -90,7 +100,19 @@ def build(
         ConstantVectorSource([*scenario.target[:2], 1.0]),
         "estimated_target",
     )
-    wiring.add("job", lambda: build_job(scenario, blocks=blocks))
+    wiring.add(
+        "job",
+        lambda: build_job(
+            scenario,
+            world=load_world(scenario.world),
+            start=scenario.start,
+            target=ToolTarget(
+                position=scenario.target, approach=scenario.approach
+            ),
+            heading=scenario.heading[0] if scenario.heading else None,
+            blocks=blocks,
+        ),
+    )
     wiring.export("placement", "best_stand", done="planned")
     wiring.log("estimated_target", "best_stand")
     if meshcat is not None:
@@ -116,33 +138,34 @@ def build(
     return wiring.build("placement")
 
 
-def make_planner(scenario: PlacementScenario) -> StandPlanner:
-    """The planner for a scenario, with the free space of its world."""
-    world = load_world(scenario.world)
+def make_planner(
+    parameters: PlacementParameters,
+    world: World,
+    start: Sequence[float],
+    target: ToolTarget,
+    heading: float | None = None,
+) -> StandPlanner:
+    """The planner, with the free space of a world; as `build_job` has it."""
     free = FreeSpace.of_world(
-        world,
-        scenario.start[:2],
-        RADIUS,
-        HEIGHTS,
-        scenario.target[:2],
+        world, start[:2], RADIUS, HEIGHTS, target.p_WT[:2]
     )
+    collisions = parameters.avoid_collisions
     problem = StandProblem(
-        objective=PlacementObjective(ArmKinematics(), scenario.objective),
-        target=ToolTarget(position=scenario.target, approach=scenario.approach),
+        objective=PlacementObjective(ArmKinematics(), parameters.objective),
+        target=target,
         free=free,
-        heading=scenario.heading[0] if scenario.heading else None,
-        surroundings=(
-            Surroundings(world.obstacles) if scenario.avoid_collisions else None
-        ),
+        heading=heading,
+        surroundings=Surroundings(world.obstacles) if collisions else None,
     )
-    make_grid = optimise_grid if scenario.grid == "optimised" else plain_grid
-    parameters = PlannerParameters(
-        replan_distance=scenario.replan_distance,
-        rate=PLAN_RATE,
-        delay=PROCESSING_DELAY,
-    )
+    make_grid = optimise_grid if parameters.grid == "optimised" else plain_grid
     return StandPlanner(
-        problem, make_grid(free, scenario.grid_size), parameters
+        problem,
+        make_grid(free, parameters.grid_size),
+        PlannerParameters(
+            replan_distance=parameters.replan_distance,
+            rate=PLAN_RATE,
+            delay=PROCESSING_DELAY,
+        ),
     )
 
 

@@ -8,6 +8,7 @@ from drake_mobarm.checks import positive, require, within
 from drake_mobarm.driving.careful_speed import CareParameters
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
+from drake_mobarm.robot.shape import RADIUS
 
 
 @dataclass(kw_only=True)
@@ -50,7 +51,7 @@ class AvoidanceParameters:
         back_updates: updates of backing off [-].
     """
 
-    radius: float = 0.27
+    radius: float = RADIUS
     margin: float = 0.045
     tight_margin: float = 0.015
     max_speed: float = 1.0

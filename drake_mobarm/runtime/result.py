@@ -72,7 +72,7 @@ class Result(RunRecord):
             import pandas as pd
         except ImportError as error:
             raise OutputError(
-                "to_frame needs pandas: pip install pandas"
+                "to_frame needs pandas: pip install 'drake_mobarm[frames]'"
             ) from error
         columns = {
             f"{signal}.{element}": values[:, index]

@@ -14,6 +14,7 @@ from pydrake.trajectories import PiecewisePolynomial
 from drake_mobarm import cli, load_scenario, run
 from drake_mobarm.diagrams.placement import PLAN_RATE, make_planner, make_plant
 from drake_mobarm.joints import ARM_JOINTS
+from drake_mobarm.placement import ToolTarget
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.signals import BestStand
 from drake_mobarm.world.obstacles import clearance, outlines
@@ -27,10 +28,17 @@ def open_floor(*overrides):
     return load_scenario("placement", [*OPEN, "target=[1, 0, 0.5]", *overrides])
 
 
+def planner_of(scenario):
+    target = ToolTarget(position=scenario.target, approach=scenario.approach)
+    return make_planner(
+        scenario, load_world(scenario.world), scenario.start, target
+    )
+
+
 def plan_while(target, seconds, *overrides):
     """What the planner tells at each of its updates, as a target moves."""
     builder = DiagramBuilder()
-    planner = builder.AddSystem(make_planner(open_floor(*overrides)))
+    planner = builder.AddSystem(planner_of(open_floor(*overrides)))
     source = builder.AddSystem(TrajectorySource(target))
     builder.Connect(source.get_output_port(), planner.get_input_port())
     diagram = builder.Build()

@@ -65,6 +65,20 @@ def test_an_obstacle_beside_a_link_is_touched_within_the_links_radius(
     assert touched([box(low, high)]) == hit
 
 
+def test_a_sharp_edge_is_not_felt_farther_off_than_its_height_tells():
+    # A blade under the arm, its edge 0.1 m below the links' middle. Its faces
+    # moved out by the links' radius would only meet 0.8 m above the edge.
+    edge, foot = SHOULDER - 0.1, SHOULDER - 0.3
+    blade = [
+        (x, y, z)
+        for y in (-0.05, 0.05)
+        for x, z in [(0.35, edge), (0.34, foot), (0.36, foot)]
+    ]
+    assert not touched([Obstacle("blade", np.array(blade))])
+    raised = np.add(blade, [0, 0, 0.1 - LINK_RADIUS + 0.005])
+    assert touched([Obstacle("blade", raised)])
+
+
 def test_a_thin_post_does_not_slip_between_the_balls():
     for x in np.linspace(0.1, ARM.reach - TIP_LENGTH - 0.01, 60):
         post = Obstacle(
@@ -157,6 +171,30 @@ def test_a_forearm_on_the_chassis_edge_is_touched():
     assert touched([], q)
     # With the forearm level it is clear.
     assert not touched([], [0.0, 1.37436, -1.37436, 0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("gap", "hit"), [(-0.005, True), (0.005, False)])
+def test_a_tip_beside_the_waists_column_touches_it_within_its_radius(gap, hit):
+    # The hand level, its tip towards the column, 0.07 m above the chassis and
+    # at least 0.09 m off the shoulder, where the upper arm begins.
+    tip = [WAIST_COLUMN[0] + LINK_RADIUS + gap, 0.0, 0.07]
+    q = ARM.inverse_axis(tip, [-1.0, 0.0, 0.0])
+    q = q[~np.isnan(q[:, 0])]
+    assert len(q)
+    found = Surroundings([]).touched(ARM, np.tile(BASE, (len(q), 1)), q)
+    assert found.all() == hit
+
+
+def test_turning_the_waist_changes_nothing_between_the_arm_and_the_robot():
+    rng = np.random.default_rng(1)
+    q = rng.uniform(ARM.lower, ARM.upper, (300, 6))
+    turned = q + rng.uniform(-3, 3, (300, 1)) * np.eye(6)[0]
+    bases = np.tile(BASE, (300, 1))
+    before = Surroundings([]).touched(ARM, bases, q)
+    assert 50 < before.sum() < 250
+    np.testing.assert_array_equal(
+        Surroundings([]).touched(ARM, bases, turned), before
+    )
 
 
 def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():

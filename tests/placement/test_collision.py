@@ -217,6 +217,37 @@ def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
             assert hit.all()
 
 
+def test_a_hand_over_the_robot_touches_its_own_upper_arm_within_both_radii():
+    rng = np.random.default_rng(2)
+    # Folded further than the joints' limits let the WidowX.
+    low, high = [-3, -0.9, 1.9, -0.8, 1.6, -3], [3, 0.6, 2.6, 0.8, 3.1, 3]
+    q = rng.uniform(low, high, (3000, 6))
+    corners = ARM.joint_positions(q)
+    X_AT = ARM.forward(q)
+    gripper = corners[:, 3] + GRIPPER[0] * X_AT[:, :3, 0]
+    side = GRIPPER[1] * X_AT[:, :3, 1]
+    share = np.linspace(0, 1, 50)[:, None]
+
+    def line(i):
+        a, b = corners[:, i, None], corners[:, i + 1, None]
+        return a + share * (b - a)
+
+    hand = np.concatenate(
+        [line(3), np.stack([gripper + side, gripper - side], axis=1)], axis=1
+    )
+    # Neither chassis nor column is near.
+    over = np.concatenate([line(2), hand], axis=1)[..., 2].min(axis=1) > 0.18
+    pairs = hand[over, :, None] - line(1)[over, None]
+    # The first ball of the hand is up to 0.04 m from the wrist's centre.
+    apart = np.linalg.norm(pairs, axis=-1).min(axis=2)
+    inner = apart[:, share[:, 0].searchsorted(0.04 / ARM.hand) :].min(axis=1)
+    hit = Surroundings([]).touched(ARM, np.tile(BASE, (len(q), 1)), q)[over]
+    near, far = inner < 0.08 - 0.02, apart.min(axis=1) > 0.08
+    assert min(near.sum(), far.sum()) > 30
+    assert hit[near].all()
+    assert not hit[far].any()
+
+
 # The shape is that of the model
 
 

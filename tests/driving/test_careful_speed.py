@@ -57,6 +57,8 @@ def test_a_scan_places_its_returns_about_the_robot():
     seen = [[2.0, 0.0], [0.0, 3.0], [-4.0, 0.0]]
     np.testing.assert_allclose(scan.seen, seen, atol=1e-12)
     np.testing.assert_allclose(scan.points, [*seen, [3.0, 0.0]], atol=1e-12)
+    np.testing.assert_array_equal(scan.position, [1.0, 1.0])
+    assert (scan.yaw, scan.range_max) == (math.pi / 2, 5.0)
 
 
 @pytest.mark.parametrize(

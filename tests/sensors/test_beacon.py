@@ -9,7 +9,9 @@ from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.sensors.beacon import (
     MIN_DISTANCE,
     NOISE_CONFIGURATIONS,
+    Beacon,
     BeaconNoise,
+    BeaconParameters,
     distance_moments,
     in_field_of_view,
     read_beacon,
@@ -173,13 +175,59 @@ def test_calibration_refuses_data_that_cannot_be_fitted(rssi, distance, word):
         (BeaconNoise, "absolute_distance", math.inf),
         (RssiModel, "rssi_at_1m", math.nan),
         (RssiModel, "path_loss_exponent", 0.0),
+        (BeaconParameters, "rate", 0.0),
+        (BeaconParameters, "rate", 50.1),
+        (BeaconParameters, "model", "beacon_3"),
+        (BeaconParameters, "field_of_view", 0.0),
+        (BeaconParameters, "field_of_view", 6.3),
+        (BeaconParameters, "dropout", -0.1),
+        (BeaconParameters, "dropout", 1.0),
     ],
 )
 def test_invalid_parameters_are_refused_by_name(kind, field, value):
-    with pytest.raises(ParameterError, match=field) as caught:
+    with pytest.raises(ParameterError, match=rf"^{field} is ") as caught:
         kind(**{field: value})
     assert str(value) in str(caught.value)
     assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value"),
+    [
+        (BeaconNoise, "angle", 3.14),
+        (BeaconNoise, "relative_distance", 0.99),
+        (BeaconParameters, "rate", 50.0),
+        (BeaconParameters, "field_of_view", 2 * math.pi),
+        (BeaconParameters, "dropout", 0.0),
+        (BeaconParameters, "dropout", 0.99),
+        (BeaconParameters, "outages", [[1.0, 1.0], [2.0, 5.0]]),
+    ],
+)
+def test_parameters_at_the_ends_of_their_ranges_are_valid(kind, field, value):
+    assert getattr(kind(**{field: value}), field) == value
+
+
+@pytest.mark.parametrize("outage", [[2.0, 1.0], [1.0], [1.0, 2.0, 3.0]])
+def test_outage_that_is_no_interval_is_refused(outage):
+    with pytest.raises(ParameterError, match=r"^outages is .*from, until"):
+        BeaconParameters(outages=[[0.0, 1.0], outage])
+
+
+@pytest.mark.parametrize(
+    ("position", "noise", "field"),
+    [
+        ([1.0], 5, "position"),
+        ([1.0, 2.0, 3.0], 5, "position"),
+        ([1.0, math.nan], 5, "position"),
+        ([1.0, 2.0], 0, "noise"),
+        ([1.0, 2.0], 6, "noise"),
+    ],
+)
+def test_beacon_has_a_place_and_a_configuration_of_table_2_2(
+    position, noise, field
+):
+    with pytest.raises(ParameterError, match=f"^{field} is "):
+        Beacon(position=position, noise=noise)
 
 
 def test_field_of_view_is_symmetric_closed_and_wraps():

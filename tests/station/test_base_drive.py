@@ -277,6 +277,7 @@ def test_base_that_was_pushed_returns_to_its_reference():
         ("gain", [1.0, 0.0]),
         ("speed_limit", [math.nan, 1.0]),
         ("acceleration_limit", [1.0, math.inf]),
+        ("yield_error", [0.25, 0.0]),
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(name, value):

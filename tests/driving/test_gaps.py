@@ -143,6 +143,30 @@ def test_disc_on_its_way_to_an_end_meets_what_is_within_its_radius():
     assert np.isinf(free_along(starts, end, NOTHING, 0.3)).all()
 
 
+@pytest.mark.parametrize(("gap", "met"), [(0.29, True), (0.31, False)])
+@pytest.mark.parametrize("side", [-1, 1])
+def test_disc_on_an_oblique_way_meets_what_is_beside_it(gap, met, side):
+    # Along (0.6, 0.8), a point halfway, off along (-0.8, 0.6).
+    place = points((1.5, 2.0)) + side * gap * points((-0.8, 0.6))
+    found = free_along(points((0, 0)), np.array([3.0, 4.0]), place, 0.3)
+    assert found[0] == pytest.approx(2.5 if met else math.inf)
+
+
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [
+        ((0.3, 0.2), 0.3),
+        ((0.3, 0.35), math.inf),
+        ((0.75, 0.0), 0.75),
+        ((0.9, 0.0), math.inf),
+        ((-0.4, 0.0), math.inf),
+    ],
+)
+def test_disc_on_a_short_way_meets_nothing_before_or_past_it(point, distance):
+    found = free_along(points((0, 0)), np.array([0.5, 0]), points(point), 0.3)
+    assert found[0] == pytest.approx(distance)
+
+
 # Gaps
 
 

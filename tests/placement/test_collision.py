@@ -74,9 +74,10 @@ def test_a_sharp_edge_is_not_felt_farther_off_than_its_height_tells():
         for y in (-0.05, 0.05)
         for x, z in [(0.35, edge), (0.34, foot), (0.36, foot)]
     ]
-    assert not touched([Obstacle("blade", np.array(blade))])
-    raised = np.add(blade, [0, 0, 0.1 - LINK_RADIUS + 0.005])
-    assert touched([Obstacle("blade", raised)])
+    lowered = BASE - [0, 0, 0.1 - LINK_RADIUS + 0.005]
+    surroundings = Surroundings([Obstacle("blade", np.array(blade))])
+    both = surroundings.touched(ARM, [BASE, lowered], [STRETCHED] * 2)
+    np.testing.assert_array_equal(both, [False, True])
 
 
 def test_a_thin_post_does_not_slip_between_the_balls():

@@ -152,6 +152,11 @@ def test_disc_on_an_oblique_way_meets_what_is_beside_it(gap, met, side):
     assert found[0] == pytest.approx(2.5 if met else math.inf)
 
 
+def test_disc_meets_what_is_beside_the_very_beginning_of_its_way():
+    end, beside = np.array([4.0, 0.0]), points((0.3, 0.2))
+    assert free_along(points((0, 0)), end, beside, 0.3)[0] == 0.3
+
+
 @pytest.mark.parametrize(
     ("point", "distance"),
     [

@@ -92,6 +92,18 @@ def test_the_exit_lies_at_the_targets_height_on_a_way_past_it():
     np.testing.assert_allclose(place, unit(math.pi / 3), atol=1e-9)
 
 
+def test_the_exit_is_the_target_itself_where_it_is_free():
+    state, situation = scene((1, 1), (1, 1.5))
+    place = find_exit(
+        state,
+        Meeting(np.zeros(2), 1),
+        situation,
+        around(lambda degrees: 3.0),
+        PARAMETERS,
+    )
+    np.testing.assert_allclose(place, [1, 1.5], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("repeats", "least_gain"), [(0, 0.3), (1, 0.6), (2, 1.2), (5, 2.5)]
 )
@@ -197,3 +209,21 @@ def test_the_edge_is_the_point_that_blocks_the_last_closed_direction():
     mode = Follow(1, situation.scan.position, leg=10.0)
     after = follow(state, mode, situation, free, PARAMETERS)
     np.testing.assert_allclose(after.mode.edge, [3, 3], atol=1e-9)
+    # The same where an edge is known, straight behind the post.
+    mode = replace(mode, edge=np.array([4.0, 3.0]))
+    after = follow(state, mode, situation, free, PARAMETERS)
+    np.testing.assert_allclose(after.mode.edge, [3, 3], atol=1e-9)
+
+
+def test_a_known_edge_stays_while_its_direction_is_open():
+    # A post 2 m away, 2 degrees to the right: before the sweep to the left.
+    ranges = FREE.copy()
+    ranges[178] = 2.0
+    state, situation = scene((2, 3), (8, 3), ranges=ranges)
+    post = [2, 3] + 2 * unit(math.radians(-2))
+    free = around(lambda degrees: 3.0)
+    edge = np.array([4.0, 3.0])
+    for known, found in [(edge, edge), (None, post)]:
+        mode = Follow(1, situation.scan.position, leg=10.0, edge=known)
+        after = follow(state, mode, situation, free, PARAMETERS)
+        np.testing.assert_allclose(after.mode.edge, found, atol=1e-9)

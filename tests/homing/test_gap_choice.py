@@ -57,6 +57,22 @@ def test_a_way_that_bends_away_from_its_thing_costs_three_metres(more):
     assert chosen == ("left" if more > 0 else "right")
 
 
+@pytest.mark.parametrize(("bend", "chosen"), [(0.09, 0), (0.11, 1)])
+def test_a_way_almost_straight_past_its_thing_costs_no_more(bend, chosen):
+    # 3 m almost straight on are 4 m to the target; at 60 degrees to the left
+    # 2 m, and from (1, sqrt 3) the root of 12 m: 1.5 m and a turn more.
+    state = replace(initial_state(), target=np.add(PLACE, [4, 0]))
+    situation = look(state, PLACE, 0.0, FREE, 12.0, PARAMETERS)
+    gaps = Gaps(
+        np.array([bend, math.pi / 3]), np.array([3.0, 2.0]), np.array([-1, 1.0])
+    )
+    best, way = cheapest_gap(gaps, None, situation, PARAMETERS)
+    assert best == chosen
+    straight = 3 + math.sqrt(9 + 16 - 24 * math.cos(bend))
+    expected = (straight, 2 + math.sqrt(12))[best]
+    assert way == pytest.approx(expected)
+
+
 @pytest.mark.parametrize("more", [-0.1, 0.1])
 def test_turning_costs_four_tenths_of_a_metre_a_radian(more):
     # The robot looks at the right gap: half a turn to the left one.

@@ -39,6 +39,7 @@ def scene(yaw=0.0, ranges=FREE, **known):
             "target": np.array([5.0, 2.0]),
             "waypoint": np.array([2.2, 2.0]),
             "speed_limit": 0.5,
+            "rule": "target",
             **known,
         },
     )
@@ -98,6 +99,9 @@ def test_heading_error_is_that_across_half_a_turn():
     # The way is straight to -x, the robot looks 0.1 rad off.
     waypoint = np.array([0.0, 2.0])
     assert standing((0, 1), yaw=0.1 - math.pi, waypoint=waypoint) == 4
+    # Straight to +y.
+    waypoint = np.array([1.0, 3.0])
+    assert standing((0, 1), yaw=math.pi / 2 - 0.1, waypoint=waypoint) == 4
 
 
 @pytest.mark.parametrize(

@@ -113,5 +113,12 @@ def test_driving_sets_the_waypoint_and_a_careful_speed():
     stopping = math.sqrt(2 * 0.8 * (1 - 0.285 - 0.03))
     beside = 0.4 + 0.6 * 0.715 / 0.8
     assert after.speed_limit == pytest.approx(min(stopping, beside))
-    ahead = drive(state, situation, np.array([0.5, 0.0]), PARAMETERS)
-    assert ahead.speed_limit == after.speed_limit
+
+
+def test_driving_is_careful_along_the_way_and_not_another():
+    # 0.1 m free to the left: 0.4 m/s stop before it, and 0.475 m/s pass it.
+    state, situation = scene(4.0, ranges_of({90: 0.385}))
+    for angle, speed in [(90, 0.4), (45, 0.475), (0, 0.475), (-90, 0.475)]:
+        way = 1.5 * unit(math.radians(angle))
+        after = drive(state, situation, way, PARAMETERS)
+        assert after.speed_limit == pytest.approx(speed)

@@ -15,6 +15,7 @@ from drake_mobarm.homing.avoidance_state import (
     Meeting,
     Recovery,
     Seek,
+    Stay,
     initial_state,
 )
 
@@ -156,6 +157,17 @@ def test_a_robot_boxed_in_tries_its_other_margin_and_forgets_touches():
     assert tight == [False] * 4 + [True] * 4 + [False]
 
 
+def test_a_robot_boxed_in_along_a_boundary_seeks_anew():
+    state = state_of(
+        mode=Follow(1, PLACE, leg=10.0),
+        meeting=Meeting(near(9, 9), 1),
+        stay=Stay(PLACE, updates=PARAMETERS.boxed_updates),
+    )
+    state = step(state, AHEAD)
+    assert (state.rule, state.mode.idle) == ("gap", 0)
+    assert state.tight
+
+
 def test_a_robot_that_moves_seven_tenths_of_a_metre_is_not_boxed_in():
     state = initial_state()
     for x, updates in [(0, 0), (0.69, 1), (0, 2), (0.71, 0), (1.4, 1)]:
@@ -168,6 +180,16 @@ def test_a_free_target_ends_the_search_for_gaps():
     state = state_of(mode=Seek(gap=gap, shortest_way=7.0, idle=9))
     mode = step(state, FREE).mode
     assert (mode.gap, mode.shortest_way, mode.idle) == (None, math.inf, 0)
+
+
+def test_a_boundary_is_left_for_a_place_nearer_to_the_target():
+    state = state_of(
+        mode=Follow(1, PLACE, leg=10.0), meeting=Meeting(near(9, 9), 1)
+    )
+    state = step(state, AHEAD)
+    assert state.rule == "leave"
+    np.testing.assert_array_equal(state.mode.exit, state.waypoint)
+    assert np.linalg.norm(state.mode.exit - near(6, 0)) < 6 - PARAMETERS.gain
 
 
 def test_an_exit_is_headed_for_while_its_way_is_free():
@@ -229,8 +251,9 @@ def test_out_of_patience_the_boundary_is_followed_towards_the_best_gap(
     assert state.mode.side == side
 
 
-def test_once_round_the_robot_tries_its_other_margin():
-    mode = Follow(1, PLACE, leg=10.0, followed=3.1)
+@pytest.mark.parametrize(("leg", "followed"), [(10.0, 3.1), (math.inf, 13.1)])
+def test_once_round_the_robot_tries_its_other_margin(leg, followed):
+    mode = Follow(1, PLACE, leg, followed)
     state = state_of(
         mode=mode,
         meeting=Meeting(near(0.4, 0), side=1),

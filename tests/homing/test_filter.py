@@ -272,6 +272,9 @@ def test_driving_adds_the_drift_of_odometry():
     # Refused, so that the drift is all that changes: 0.5^2 m^2/m * 4 m.
     after = law.update(state, [0, 4], 3.0, 0.5)
     np.testing.assert_allclose(after.covariance, np.eye(2))
+    # And 3 m more, refused again.
+    after = law.update(after, [0, 7], 3.0, 0.5)
+    np.testing.assert_allclose(after.covariance, 1.75 * np.eye(2))
 
 
 def test_exact_readings_without_noise_find_the_target():

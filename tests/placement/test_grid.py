@@ -336,6 +336,10 @@ def test_search_of_no_size_is_refused(name, value):
         optimise_grid(hall(1, 1), 0.5, **{name: value})
 
 
+def test_search_of_the_first_generation_alone_is_valid():
+    assert optimise_grid(hall(1, 1), 0.5, generations=0).coverage == 1
+
+
 def test_a_map_of_too_many_squares_is_refused_in_one_line():
     free = hall(300, 300)
     for make in (plain_grid, optimise_grid):

@@ -113,6 +113,13 @@ def test_turned_hall_is_covered_by_the_search_and_not_by_the_plain_grid():
     assert 28 < turned < 32
 
 
+def test_search_looks_as_far_as_a_quarter_turn():
+    free = hall(4.1, 3.1, turned=math.radians(75))
+    best = optimise_grid(free, 0.25)
+    assert best.coverage >= 0.99 * 192 * 0.25**2 / (4.1 * 3.1)
+    assert 73 < math.degrees(best.orientation) < 77
+
+
 def test_height_of_a_column_trades_one_stretch_against_two():
     # Two slabs leave column 0 three free stretches; a passage beside them, too
     # narrow for a column, joins these. By the height of the column's squares of

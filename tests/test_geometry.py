@@ -57,6 +57,18 @@ def test_half_a_turn_is_left_out_next_to_it_too():
     assert wrap_angle(np.nextafter(-math.pi, -4.0)) < math.pi
 
 
+def test_an_array_is_wrapped_element_by_element():
+    quarter = math.pi / 2
+    np.testing.assert_allclose(
+        wrap_angle(np.array([[0.0, 3 * quarter], [-3 * quarter, 9.0]])),
+        [[0.0, -quarter], [quarter, 9.0 - 2 * math.pi]],
+        atol=1e-12,
+    )
+    # Half a turn, and the float next to it, whose remainder rounds up.
+    edge = [math.pi, -math.pi, np.nextafter(-math.pi, -4.0)]
+    np.testing.assert_array_equal(wrap_angle(edge), np.full(3, -math.pi))
+
+
 def test_wrapping_keeps_the_shape_and_a_scalar_stays_a_scalar():
     assert wrap_angle(np.zeros((2, 3))).shape == (2, 3)
     assert np.ndim(wrap_angle(1.0)) == 0

@@ -85,6 +85,7 @@ def test_what_is_not_finite_is_refused(pose, target, limit, name):
         ("max_speed", -1.0),
         ("max_turn_rate", math.nan),
         ("alignment", 4.0),
+        ("search_turn_rate", 0.0),
     ],
 )
 def test_invalid_parameters_are_refused_by_name(field, value):

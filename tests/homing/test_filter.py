@@ -12,7 +12,7 @@ from drake_mobarm.homing.filter import (
     FilterState,
     deviation,
 )
-from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
+from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS, BeaconNoise
 from helpers.refusals import assert_refused
 
 TARGET = np.array([3.0, 1.0])
@@ -66,6 +66,46 @@ def test_the_first_reading_puts_the_target_amid_all_that_may_be():
     state = WORST.update(WORST.initial_state(), [1, 0], math.pi / 2, 4.0)
     np.testing.assert_allclose(WORST.estimate(state), [1, 4.375])
     assert deviation(state) >= 1.875
+
+
+def test_the_first_belief_is_as_wide_as_the_reading_leaves_open():
+    # Looking along y: half of 2.5 m to 6.25 m and the floor of 0.01 m along
+    # it; across it 6.25 m times the bearing's deviation.
+    state = WORST.update(WORST.initial_state(), [1, 0], math.pi / 2, 4.0)
+    bearing = math.hypot(math.radians(20) / math.sqrt(3), 0.01)
+    np.testing.assert_allclose(
+        state.covariance,
+        np.diag([(6.25 * bearing) ** 2, 1.885**2]),
+        atol=1e-12,
+    )
+
+
+def test_a_first_reading_at_no_distance_is_used():
+    state = WORST.update(WORST.initial_state(), [0, 0], 0.0, 0.0)
+    np.testing.assert_allclose(WORST.estimate(state), [0.625, 0])
+
+
+def test_an_update_is_that_of_the_information_form():
+    # Without noise but the floors the distance is linear in the belief.
+    law = FilterEstimator(
+        FilterParameters(angle_floor=0.1, distance_floor=0.2), BeaconNoise()
+    )
+    prior = np.array([[0.04, 0.02], [0.02, 0.09]])
+    state = law.update(
+        FilterState(
+            position=np.array([3.0, 0.0]), covariance=prior, p_WA=np.zeros(2)
+        ),
+        [0, 0],
+        0.05,
+        3.1,
+    )
+    lever = math.hypot(3.0, 0.2)
+    H, weight = np.array([[0, 1 / lever], [1, 0]]), np.diag([100.0, 25.0])
+    posterior = np.linalg.inv(np.linalg.inv(prior) + H.T @ weight @ H)
+    np.testing.assert_allclose(state.covariance, posterior)
+    np.testing.assert_allclose(
+        law.estimate(state), [3, 0] + posterior @ H.T @ weight @ [0.05, 0.1]
+    )
 
 
 def test_a_first_reading_that_is_clipped_starts_no_nearer_than_nothing():
@@ -234,6 +274,9 @@ def test_driving_adds_the_drift_of_odometry():
     # Refused, so that the drift is all that changes: 0.5^2 m^2/m * 4 m.
     after = law.update(state, [0, 4], 3.0, 0.5)
     np.testing.assert_allclose(after.covariance, np.eye(2))
+    # And 3 m more, refused again.
+    after = law.update(after, [0, 7], 3.0, 0.5)
+    np.testing.assert_allclose(after.covariance, 1.75 * np.eye(2))
 
 
 def test_exact_readings_without_noise_find_the_target():
@@ -282,6 +325,10 @@ def test_a_reading_that_is_not_possible_changes_nothing(
 ):
     state = WORST.update(WORST.initial_state(), [0, 0], 0.3, 3.0)
     assert WORST.update(state, *impossible_reading) is state
+
+
+def test_a_patience_of_one_reading_is_enough():
+    assert FilterParameters(patience=1).patience == 1
 
 
 @pytest.mark.parametrize(

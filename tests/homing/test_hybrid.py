@@ -48,6 +48,10 @@ def test_the_defaults_are_the_dissertations():
     assert PARAMETERS.arrival_distance == 0.3
 
 
+def test_a_buffer_of_three_is_enough():
+    assert HybridParameters(buffer=3).buffer == 3
+
+
 def test_nothing_is_known_before_a_reading():
     assert LAW.estimate(LAW.initial_state()) is None
     assert not LAW.arrived(LAW.initial_state(), [0, 0])
@@ -59,6 +63,16 @@ def test_the_first_reading_reports_its_vector_position():
     assert state.parallax is None
 
 
+def test_a_reading_at_no_distance_puts_the_target_at_the_antenna():
+    state = LAW.update(LAW.initial_state(), [1, 2], 0.7, 0.0)
+    np.testing.assert_allclose(LAW.estimate(state), [1, 2])
+
+
+def test_before_parallax_starts_the_robot_has_not_arrived():
+    state = LAW.update(LAW.initial_state(), [1, 1], math.pi / 2, 3)
+    assert not LAW.arrived(state, [1, 4])
+
+
 def test_parallax_starts_where_two_lines_of_sight_cross():
     # The distances are wrong by 10 %: only the lines' crossing is right.
     state = look(LAW.initial_state(), [0, 0], [2, 2], scale=1.1)
@@ -67,6 +81,28 @@ def test_parallax_starts_where_two_lines_of_sight_cross():
     state = look(state, [1, 0], [2, 2], scale=1.1)
     np.testing.assert_allclose(state.parallax, [2, 2])
     np.testing.assert_allclose(LAW.estimate(state), [2, 2])
+
+
+def test_the_first_crossing_waits_for_the_least_move():
+    law = HybridEstimator(HybridParameters(min_move=1.0))
+    state = law.update(law.initial_state(), [0, 0], math.pi / 2, 2.0)
+    for x, started in [(0.9, False), (1.1, True)]:
+        bearing = math.atan2(2.0, -x)
+        state = law.update(state, [x, 0], bearing, math.hypot(2.0, x))
+        assert (state.parallax is not None) is started
+
+
+def test_the_first_crossing_waits_for_the_least_angle():
+    # From (1, 0) and then (-1, 0), (0, y) is seen an angle of 2 atan(1 / y)
+    # apart: 0.51 rad from y = 3.8, and 0.46 from y = 4.3.
+    for y, started in [(3.8, True), (4.3, False)]:
+        law = HybridEstimator(HybridParameters(min_angle=0.5))
+        state = law.initial_state()
+        for x in (1, -1):
+            state = law.update(
+                state, [x, 0], math.atan2(y, -x), math.hypot(x, y)
+            )
+        assert (state.parallax is not None) is started
 
 
 def test_without_a_crossing_parallax_starts_at_the_vector_position():
@@ -81,6 +117,11 @@ def test_position_error_is_the_distance_over_the_mean_distance():
     # Apart 4 m; 3 and 5 m from the antenna. Then 1 m; 3 and 4 m.
     assert position_error([3, 0], [3, 4], [0, 0]) == pytest.approx(4 / 4)
     assert position_error([4, 3], [4, 4], [4, 0]) == pytest.approx(1 / 3.5)
+
+
+def test_positions_that_are_the_same_have_no_error():
+    assert position_error([1, 2], [1, 2], [4, 6]) == 0
+    assert position_error([1, 2], [1, 2], [1, 2]) == 0
 
 
 @given(POINT, POINT, POINT)

@@ -54,6 +54,14 @@ def test_straight_way_has_an_efficiency_of_one():
     assert homing_metrics(run, [3, 3])["path_efficiency"] == pytest.approx(1)
 
 
+def test_short_way_has_its_efficiency_too():
+    # 0.3 m along x, 0.4 m along y: 0.5 m from where it began.
+    run = trace([0, 1, 2], [(0, 0), (0.3, 0), (0.3, 0.4)])
+    assert homing_metrics(run, [1, 1])["path_efficiency"] == pytest.approx(
+        0.5 / 0.7
+    )
+
+
 def test_way_back_to_the_start_has_no_net_velocity_and_no_efficiency():
     run = trace([0, 1, 2], [(0, 0), (2, 0), (0, 0)])
     metrics = homing_metrics(run, [5, 0])

@@ -12,6 +12,7 @@ from drake_mobarm.robot.shape import (
     GRIPPER,
     LINK_RADIUS,
     RADIUS,
+    WAIST_COLUMN,
 )
 from drake_mobarm.world.obstacles import (
     Obstacle,
@@ -54,6 +55,21 @@ def test_an_obstacle_beside_a_link_is_touched_within_the_links_radius(
     else:
         low[axis], high[axis] = middle - distance - 0.1, middle - distance
     assert touched([box(low, high)]) == hit
+
+
+def test_a_sharp_edge_is_not_felt_farther_off_than_its_height_tells():
+    # A blade under the arm, its edge 0.1 m below the links' middle. Its faces
+    # moved out by the links' radius would only meet 0.8 m above the edge.
+    edge, foot = SHOULDER - 0.1, SHOULDER - 0.3
+    blade = [
+        (x, y, z)
+        for y in (-0.05, 0.05)
+        for x, z in [(0.35, edge), (0.34, foot), (0.36, foot)]
+    ]
+    lowered = BASE - [0, 0, 0.1 - LINK_RADIUS + 0.005]
+    surroundings = Surroundings([Obstacle("blade", np.array(blade))])
+    both = surroundings.touched(ARM, [BASE, lowered], [STRETCHED] * 2)
+    np.testing.assert_array_equal(both, [False, True])
 
 
 def test_a_thin_post_does_not_slip_between_the_balls():
@@ -150,6 +166,30 @@ def test_a_forearm_on_the_chassis_edge_is_touched():
     assert not touched([], [0.0, 1.37436, -1.37436, 0.0, 0.0, 0.0])
 
 
+@pytest.mark.parametrize(("gap", "hit"), [(-0.005, True), (0.005, False)])
+def test_a_tip_beside_the_waists_column_touches_it_within_its_radius(gap, hit):
+    # The hand level, its tip towards the column, 0.07 m above the chassis and
+    # at least 0.09 m off the shoulder, where the upper arm begins.
+    tip = [WAIST_COLUMN[0] + LINK_RADIUS + gap, 0.0, 0.07]
+    q = ARM.inverse_axis(tip, [-1.0, 0.0, 0.0])
+    q = q[~np.isnan(q[:, 0])]
+    assert len(q)
+    found = Surroundings([]).touched(ARM, np.tile(BASE, (len(q), 1)), q)
+    assert found.all() == hit
+
+
+def test_turning_the_waist_changes_nothing_between_the_arm_and_the_robot():
+    rng = np.random.default_rng(1)
+    q = rng.uniform(ARM.lower, ARM.upper, (300, 6))
+    turned = q + rng.uniform(-3, 3, (300, 1)) * np.eye(6)[0]
+    bases = np.tile(BASE, (300, 1))
+    before = Surroundings([]).touched(ARM, bases, q)
+    assert 50 < before.sum() < 250
+    np.testing.assert_array_equal(
+        Surroundings([]).touched(ARM, bases, turned), before
+    )
+
+
 def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
     for p_AT, a_A in (
         ([0.0, 0.0, 0.1], [1.0, 0.0, 0.0]),  # The tip inside the column.
@@ -168,6 +208,37 @@ def test_a_hand_keeps_off_the_waists_column_and_the_upper_arm():
         assert hit[near].all()
         if p_AT[2] < 0.13:
             assert hit.all()
+
+
+def test_a_hand_over_the_robot_touches_its_own_upper_arm_within_both_radii():
+    rng = np.random.default_rng(2)
+    # Folded further than the joints' limits let the WidowX.
+    low, high = [-3, -0.9, 1.9, -0.8, 1.6, -3], [3, 0.6, 2.6, 0.8, 3.1, 3]
+    q = rng.uniform(low, high, (3000, 6))
+    corners = ARM.joint_positions(q)
+    X_AT = ARM.forward(q)
+    gripper = corners[:, 3] + GRIPPER[0] * X_AT[:, :3, 0]
+    side = GRIPPER[1] * X_AT[:, :3, 1]
+    share = np.linspace(0, 1, 50)[:, None]
+
+    def line(i):
+        a, b = corners[:, i, None], corners[:, i + 1, None]
+        return a + share * (b - a)
+
+    hand = np.concatenate(
+        [line(3), np.stack([gripper + side, gripper - side], axis=1)], axis=1
+    )
+    # Neither chassis nor column is near.
+    over = np.concatenate([line(2), hand], axis=1)[..., 2].min(axis=1) > 0.18
+    pairs = hand[over, :, None] - line(1)[over, None]
+    # The first ball of the hand is up to 0.04 m from the wrist's centre.
+    apart = np.linalg.norm(pairs, axis=-1).min(axis=2)
+    inner = apart[:, share[:, 0].searchsorted(0.04 / ARM.hand) :].min(axis=1)
+    hit = Surroundings([]).touched(ARM, np.tile(BASE, (len(q), 1)), q)[over]
+    near, far = inner < 0.08 - 0.02, apart.min(axis=1) > 0.08
+    assert min(near.sum(), far.sum()) > 30
+    assert hit[near].all()
+    assert not hit[far].any()
 
 
 # The map

@@ -115,6 +115,13 @@ def test_turned_hall_is_covered_by_the_search_and_not_by_the_plain_grid():
     assert 28 < turned < 32
 
 
+def test_search_looks_as_far_as_a_quarter_turn():
+    free = hall(4.1, 3.1, turned=math.radians(75))
+    best = optimise_grid(free, 0.25)
+    assert best.coverage >= 0.99 * 192 * 0.25**2 / (4.1 * 3.1)
+    assert 73 < math.degrees(best.orientation) < 77
+
+
 def test_height_of_a_column_trades_one_stretch_against_two():
     # Two slabs leave column 0 three free stretches; a passage beside them, too
     # narrow for a column, joins these. By the height of the column's squares of
@@ -333,6 +340,10 @@ def test_place_of_columns_out_of_range_is_refused(name, values):
 )
 def test_search_of_no_size_is_refused(name, value):
     assert_refused(name, optimise_grid, hall(1, 1), 0.5, **{name: value})
+
+
+def test_search_of_the_first_generation_alone_is_valid():
+    assert optimise_grid(hall(1, 1), 0.5, generations=0).coverage == 1
 
 
 def test_a_map_of_too_many_squares_is_refused_in_one_line():

@@ -189,6 +189,16 @@ def test_parameter_out_of_its_range_is_refused_by_name(field, value):
     assert_refused(field, ObjectiveParameters, **{field: value})
 
 
+@pytest.mark.parametrize("field", ["torque_weight", "singularity", "payload"])
+def test_figures_of_the_objective_are_zero_or_from_1e_minus_6_to_1e6(field):
+    for value in (0, 1e-6, 1e6):
+        parameters = ObjectiveParameters(**{field: value})
+        assert getattr(parameters, field) == value
+    for value in (0.9e-6, 1e6 + 0.5):
+        with pytest.raises(ParameterError, match=f"^{field} is {value}: "):
+            ObjectiveParameters(**{field: value})
+
+
 def test_weights_that_are_all_zero_are_refused():
     assert_refused(
         "torque_weight is 0",

@@ -185,7 +185,17 @@ def test_wheels_figures_and_limits_are_those_of_the_plant(stowed):
 
 @pytest.mark.parametrize(
     "name",
-    ["wheel_radius", "track", "mass", "inertia", "wheel_torque_limit"],
+    [
+        "wheel_radius",
+        "track",
+        "mass",
+        "body_mass",
+        "inertia",
+        "wheel_inertia",
+        "wheel_speed_limit",
+        "wheel_acceleration_limit",
+        "wheel_torque_limit",
+    ],
 )
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
 def test_figure_out_of_range_is_refused_by_name(name, value):

@@ -138,6 +138,28 @@ def test_limits_beyond_a_turn_and_off_the_middle_are_as_in_the_batch():
         )
 
 
+def test_joints_two_turns_off_are_solved_where_they_are():
+    lower, upper = np.full(6, -PI), np.full(6, PI)
+    lower[[0, 3, 5]], upper[[0, 3, 5]] = [3, -5, 3], [9.2, 1.2, 9.2]
+    lower[[0, 3]] += [2 * PI, -2 * PI]
+    upper[[0, 3]] += [2 * PI, -2 * PI]
+    arm = ArmKinematics(replace(WIDOWX_250, lower=lower, upper=upper))
+    for q in np.random.default_rng(12).uniform(lower, upper, (50, 6)):
+        solutions = arm.inverse(pose(WIDOWX_250, [q])[0])
+        assert np.nanmin(np.abs(solutions - q).max(axis=1)) < 1e-6
+
+
+def test_in_a_straight_wrist_the_fourth_joint_is_at_zero_or_half_a_turn():
+    q = random_q(WIDOWX_250, 50)
+    q[:, 4] = -WIDOWX_250.dh[4, 0]
+    for X in pose(WIDOWX_250, q):
+        solutions = WIDOWX.inverse(X, limits=False)
+        straight = np.abs(np.sin(solutions[:, 4])) < 1e-12
+        assert straight.any()
+        fourth = solutions[straight, 3] + WIDOWX_250.dh[3, 0]
+        np.testing.assert_allclose(np.sin(fourth), 0, atol=1e-12)
+
+
 def test_limits_that_rounding_would_pass_are_kept_one_by_one():
     # (lower + upper) / 2 + (upper - lower) / 2 is often not upper.
     rng = np.random.default_rng(4)

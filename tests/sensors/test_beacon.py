@@ -8,10 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.sensors.beacon import (
     MIN_DISTANCE,
     NOISE_CONFIGURATIONS,
+    Beacon,
     BeaconNoise,
+    BeaconParameters,
     distance_moments,
     in_field_of_view,
     read_beacon,
@@ -86,18 +89,64 @@ def test_angles_stay_within_half_a_turn_and_their_noise(yaw, bearing, uniform):
 
 
 @pytest.mark.parametrize(
-    ("field", "value"),
+    ("kind", "field", "value"),
     [
-        ("angle", -0.1),
-        ("angle", math.nan),
-        ("relative_distance", 1.0),
-        ("absolute_distance", math.inf),
+        (BeaconNoise, "angle", -0.1),
+        (BeaconNoise, "angle", math.nan),
+        (BeaconNoise, "relative_distance", 1.0),
+        (BeaconNoise, "absolute_distance", math.inf),
+        (BeaconParameters, "rate", 0.0),
+        (BeaconParameters, "rate", 50.1),
+        (BeaconParameters, "model", "beacon_3"),
+        (BeaconParameters, "field_of_view", 0.0),
+        (BeaconParameters, "field_of_view", 6.3),
+        (BeaconParameters, "dropout", -0.1),
+        (BeaconParameters, "dropout", 1.0),
     ],
 )
-def test_invalid_parameters_are_refused_by_name(field, value):
+def test_invalid_parameters_are_refused_by_name(kind, field, value):
     assert_refused(
-        rf"{field} is {re.escape(str(value))}", BeaconNoise, **{field: value}
+        rf"{field} is {re.escape(repr(value))}", kind, **{field: value}
     )
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value"),
+    [
+        (BeaconNoise, "angle", 3.14),
+        (BeaconNoise, "relative_distance", 0.99),
+        (BeaconParameters, "rate", 50.0),
+        (BeaconParameters, "field_of_view", 2 * math.pi),
+        (BeaconParameters, "dropout", 0.0),
+        (BeaconParameters, "dropout", 0.99),
+        (BeaconParameters, "outages", [[1.0, 1.0], [2.0, 5.0]]),
+    ],
+)
+def test_parameters_at_the_ends_of_their_ranges_are_valid(kind, field, value):
+    assert getattr(kind(**{field: value}), field) == value
+
+
+@pytest.mark.parametrize("outage", [[2.0, 1.0], [1.0], [1.0, 2.0, 3.0]])
+def test_outage_that_is_no_interval_is_refused(outage):
+    with pytest.raises(ParameterError, match=r"^outages is .*from, until"):
+        BeaconParameters(outages=[[0.0, 1.0], outage])
+
+
+@pytest.mark.parametrize(
+    ("position", "noise", "field"),
+    [
+        ([1.0], 5, "position"),
+        ([1.0, 2.0, 3.0], 5, "position"),
+        ([1.0, math.nan], 5, "position"),
+        ([1.0, 2.0], 0, "noise"),
+        ([1.0, 2.0], 6, "noise"),
+    ],
+)
+def test_beacon_has_a_place_and_a_configuration_of_table_2_2(
+    position, noise, field
+):
+    with pytest.raises(ParameterError, match=f"^{field} is "):
+        Beacon(position=position, noise=noise)
 
 
 def test_field_of_view_is_symmetric_closed_and_wraps():

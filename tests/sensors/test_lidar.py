@@ -267,3 +267,7 @@ def test_ranges_are_within_what_the_sensor_can_report(rays, range_max, noise):
 )
 def test_parameters_out_of_range_are_refused_by_name(name, value):
     assert_refused(name, LidarParameters, **{name: value})
+
+
+def test_eight_rays_are_enough():
+    assert LidarParameters(rays=8).rays == 8

@@ -12,6 +12,8 @@ from drake_mobarm.sensors.beacon import MIN_DISTANCE
 from drake_mobarm.sensors.rssi import (
     BEACONS,
     RssiModel,
+    calibrate,
+    calibration_samples,
     fit_rssi_model,
     sample_calibration,
 )
@@ -77,3 +79,28 @@ def test_calibration_refuses_data_that_cannot_be_fitted(rssi, distance, word):
 )
 def test_invalid_parameters_are_refused_by_name(field, value):
     assert_refused(field, RssiModel, **{field: value})
+
+
+def test_calibration_walk_stops_ten_times_at_each_of_twenty_places():
+    rssi, distances = calibration_samples(MODEL, 0, np.random.default_rng(0))
+    places, counts = np.unique(distances, return_counts=True)
+    # From 0.5 m to 10 m, half a metre from one to the next.
+    np.testing.assert_allclose(places, 0.5 * np.arange(1, 21))
+    np.testing.assert_array_equal(counts, 10)
+    np.testing.assert_allclose(rssi, -60 - 20 * np.log10(distances))
+
+
+def test_calibrated_law_is_the_beacons_own_but_for_its_noise():
+    law = calibrate(MODEL, 0.0, np.random.default_rng(0))
+    assert law.rssi_at_1m == pytest.approx(-60)
+    assert law.path_loss_exponent == pytest.approx(2)
+    # By statistics: the slope's deviation is 3 dB over the 200 readings'
+    # spread of 10 log10(distance), which is about 3.4 dB: 3 / 3.4 / 14.1.
+    noisy = calibrate(MODEL, 3.0, np.random.default_rng(0))
+    assert 0 < abs(noisy.path_loss_exponent - 2) < 4 * 0.062
+
+
+@pytest.mark.parametrize("noise_db", [-0.1, math.nan])
+def test_calibration_noise_that_is_negative_is_refused_by_name(noise_db):
+    with pytest.raises(ParameterError, match=f"^noise_db is {noise_db}"):
+        sample_calibration(MODEL, [1.0], noise_db, np.random.default_rng(0))

@@ -270,6 +270,7 @@ def test_base_that_was_pushed_returns_to_its_reference():
         ("gain", [1.0, 0.0]),
         ("speed_limit", [math.nan, 1.0]),
         ("acceleration_limit", [1.0, math.inf]),
+        ("yield_error", [0.25, 0.0]),
     ],
 )
 def test_parameters_out_of_range_are_refused_by_name(name, value):
@@ -292,6 +293,10 @@ def test_a_wheel_at_its_speed_limit_is_only_braked():
     fast = [1.01, 0.0]  # Both wheels beyond 10.15 rad/s.
     given = limit_wheel_torques([2.0, -3.0], fast, base)
     np.testing.assert_allclose(given, [0.0, -3.0])
+    # At the limit itself, 1 m/s / 0.125 m, the least torque counts.
+    base = DifferentialDrive(wheel_radius=0.125, wheel_speed_limit=8.0)
+    given = limit_wheel_torques(np.array([0.01, -0.01]), [1.0, 0.0], base)
+    np.testing.assert_allclose(given, [0.0, -0.01])
 
 
 def test_the_reference_yields_only_where_the_base_is_held():

@@ -103,6 +103,21 @@ def test_box_that_is_yawed_has_a_yawed_outline():
     )
 
 
+def test_base_of_a_pyramid_counts_where_it_lies_in_either_plane():
+    base = [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)]
+    up = np.array([*base, (0, 0, 1)], dtype=float)
+    square = rectangle(-1, 1, -1, 1)
+    assert_same_corners(outline(up, 0.0, 2.0), square)
+    assert_same_corners(outline(up * (1, 1, -1), -2.0, 0.0), square)
+
+
+def test_tetrahedron_is_cut_in_a_triangle():
+    # Half way up to the tip over the origin, half of its base is left.
+    base = np.array([(0, 0, 0), (2, 0, 0), (0, 4, 0)], dtype=float)
+    polygon = outline(np.vstack([base, [(0, 0, 1)]]), 0.5, 0.5)
+    assert_same_corners(polygon, base[:, :2] / 2)
+
+
 @pytest.mark.parametrize(("low", "high"), [(1.6, 1.6), (1.51, 9), (-9, -1.51)])
 def test_body_beyond_the_heights_has_no_outline(low, high):
     assert outline(box_corners(np.array([2.0, 1.0, 3.0])), low, high) is None
@@ -317,6 +332,17 @@ def test_signed_distance_is_zero_with_a_unit_gradient_at_a_corner():
     for corner in SQUARE:
         value, slope = signed_distance(SQUARE, corner)
         np.testing.assert_array_equal(value, [0.0])
+        assert np.linalg.norm(slope) == pytest.approx(1)
+
+
+@given(st.integers(0, 10**6))
+def test_signed_distance_at_a_corner_is_zero_whatever_way_its_sides_lie(seed):
+    # Rounding puts a corner now and then outside a side that ends in it.
+    polygon = convex_polygon(np.random.default_rng(seed), 9)
+    for corner in polygon:
+        value, slope = signed_distance(polygon, corner)
+        np.testing.assert_allclose(value, [0.0], atol=1e-15)
+        assert slope.shape == (1, 2)
         assert np.linalg.norm(slope) == pytest.approx(1)
 
 

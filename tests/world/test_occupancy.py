@@ -55,6 +55,44 @@ def test_free_metre_is_left_around_the_outlines():
     assert np.all(centres[-1, -1] >= (6 - 1e-9, 5 - 1e-9))
 
 
+def test_grid_is_as_large_as_the_outlines_and_a_metre_around_them():
+    # From (2, -2) to (6, 5) in cells of a quarter metre, both ends included.
+    grid = OccupancyGrid.from_outlines([rectangle(3, -1, 5, 4)], 0.25)
+    assert grid.occupied.shape == (29, 17)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("y", [-3.0, 0.0, 3.0])
+def test_thin_wall_leaves_no_hole_wherever_it_stands(y, angle):
+    # A room of 6 m by 6 m; at y = -3 and 3 a wall of it runs over the origin.
+    low, high, thin = y - 3, y + 3, 0.01
+    walls = [
+        rectangle(-3, high, 3, high + thin),
+        rectangle(-3, low - thin, 3, low),
+        rectangle(-3 - thin, low - thin, -3, high + thin),
+        rectangle(3, low - thin, 3 + thin, high + thin),
+    ]
+    grid = OccupancyGrid.from_outlines(
+        [turned(wall, angle) for wall in walls], 0.05
+    )
+    assert region_at(grid, 0.0, turned(np.array([0, y]), angle)) == 2
+
+
+@given(st.floats(0.0, 1.5))
+def test_cells_that_a_side_runs_through_are_occupied(angle):
+    square = turned(rectangle(-0.5, -0.5, 0.5, 0.5), angle)
+    grid = OccupancyGrid.from_outlines([square], 0.1)
+    following = np.roll(square, -1, axis=0)
+    for share in (0.0, 0.25, 0.5, 0.75):
+        points = (1 - share) * square + share * following
+        # A point halfway between two cells may belong to either.
+        inward, outward = points * (1 - 1e-9), points * (1 + 1e-9)
+        assert np.all(
+            grid.occupied[grid.index(inward)]
+            | grid.occupied[grid.index(outward)]
+        )
+
+
 @given(st.floats(0.0, 3.2), st.floats(0.001, 0.02))
 def test_wall_thinner_than_a_cell_leaves_no_hole(angle, thickness):
     # Seen in the cells: a disc of no radius cannot slip through.
@@ -156,6 +194,13 @@ def test_disc_that_fits_nowhere_inside_leaves_no_region_there():
     regions = grid.regions(2.1)
     inner = np.all(np.abs(grid.centres()) < 2, axis=-1)
     assert not regions[inner].any()
+
+
+def test_edge_of_the_grid_is_outside_however_large_the_disc():
+    regions = OccupancyGrid.from_outlines(room()).regions(5.0)
+    edge = np.ones(regions.shape, dtype=bool)
+    edge[1:-1, 1:-1] = False
+    np.testing.assert_array_equal(regions, edge)
 
 
 @pytest.mark.parametrize("turn", range(4))

@@ -113,18 +113,7 @@ class FilterEstimator:
         bearing_W: float,
         distance: float,
     ) -> FilterState:
-        """Takes in one reading.
-
-        Args:
-            state: before the reading; it is not changed.
-            p_WA: the antenna's position by odometry [m], (2,).
-            bearing_W: heading plus angle of arrival [rad].
-            distance: from RSSI [m].
-
-        Returns:
-            The state after it: the same one where the reading is not finite
-            or its distance is negative.
-        """
+        """The state after a reading, as `TargetLaw.update` has it."""
         noise, parameters = self._noise, self._parameters
         x, y = map(float, p_WA)
         finite = all(map(math.isfinite, (x, y, bearing_W, distance)))

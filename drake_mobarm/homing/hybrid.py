@@ -119,18 +119,7 @@ class HybridEstimator:
         bearing_W: float,
         distance: float,
     ) -> HybridState:
-        """Takes in one reading.
-
-        Args:
-            state: before the reading; it is not changed.
-            p_WA: the antenna's position by odometry [m], (2,).
-            bearing_W: heading plus angle of arrival [rad].
-            distance: from RSSI [m].
-
-        Returns:
-            The state after it: the same one where the reading is not finite
-            or its distance is negative.
-        """
+        """The state after a reading, as `TargetLaw.update` has it."""
         parameters = self._parameters
         p_WA = np.asarray(p_WA, dtype=float)
         finite = np.isfinite([*p_WA, bearing_W, distance]).all()

@@ -41,6 +41,10 @@ class TargetLaw(Protocol):
             p_WA: the antenna's position by odometry [m], (2,).
             bearing_W: heading plus angle of arrival [rad].
             distance: from RSSI [m].
+
+        Returns:
+            The state after it: the same one where the reading is not finite
+            or its distance is negative.
         """
 
     def estimate(self, state: Any) -> Array | None:

@@ -1,28 +1,19 @@
+"""The arm driver's model against a plant of the whole robot."""
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import MultibodyForces
 
 from drake_mobarm.joints import ARM_JOINTS
-from drake_mobarm.robot.shape import URDF
 from drake_mobarm.station.arm_model import ArmModel
+from helpers.urdf import fixed_robot
 
 MODEL = ArmModel()
 SIX = st.lists(st.floats(-1.5, 1.5), min_size=6, max_size=6)
 
 
-def whole_robot():
-    """All its bodies, the base fixed to the world."""
-    plant = MultibodyPlant(0.0)
-    Parser(plant).AddModels(str(URDF))
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
-    plant.Finalize()
-    return plant
-
-
-ROBOT = whole_robot()
+ROBOT = fixed_robot()
 
 
 @settings(max_examples=50)

@@ -12,6 +12,7 @@ from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, System
 from pydrake.systems.primitives import MatrixGain, Multiplexer, RandomSource
 
+from drake_mobarm.checks import require
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.shape import ANTENNA_POSITION, LIDAR_HEIGHT
@@ -61,8 +62,17 @@ def build_station(
         beacon), `ground_truth` (GroundTruth) and `query_object` for drawing.
 
     Raises:
+        ParameterError: world or start are not valid.
         BlockError: a block's ports do not fit, or its name is unknown.
     """
+    require(isinstance(world, World), "world", world, "what load_world gives")
+    pose = np.asarray(start, dtype=float)
+    require(
+        pose.shape == (3,) and bool(np.isfinite(pose).all()),
+        "start",
+        start,
+        "[x, y, yaw], finite, in m and rad",
+    )
     wiring = Wiring(blocks)
     plant, scene_graph = add_plant(
         wiring.builder, world, start, parameters.time_step, parameters.stowed

@@ -63,14 +63,16 @@ class Wiring:
             name: of the block.
             make: makes the shipped one.
             outputs: which signals the diagram reads of it: the name of each
-                and its number of elements, None for an abstract one.
+                and its number of elements, None for an abstract one; empty
+                for all that it has.
 
         Returns:
             The block that was added.
 
         Raises:
-            BlockError: an output is missing or has another number of
-                elements.
+            BlockError: it is no System, or part of another diagram; or an
+                output is missing, has another number of elements, or the name
+                of another block's.
         """
         self._names.append(name)
         system = make() if name not in self._given else self._given[name]
@@ -96,8 +98,9 @@ class Wiring:
                 )
         self.builder.AddNamedSystem(name, system)
         self._systems.append((name, system))
-        for signal, port in ports.items():
-            self.offer(signal, port)
+        # What a given block tells besides is not for others to read.
+        for signal in outputs or ports:
+            self.offer(signal, ports[signal])
         return system
 
     def add_primitive(
@@ -119,8 +122,16 @@ class Wiring:
         self.offer(gives, system.get_output_port())
 
     def offer(self, signal: str, port: OutputPort) -> None:
-        """Makes an output readable by every input that has this name."""
-        self._signals.setdefault(signal, port)
+        """Makes an output readable by every input that has this name.
+
+        Raises:
+            BlockError: another output has this name.
+        """
+        if signal in self._signals:
+            raise BlockError(
+                f"two outputs are named {signal!r}: valid is one name each"
+            )
+        self._signals[signal] = port
 
     def signal(self, name: str) -> OutputPort:
         """The output that gives a signal."""

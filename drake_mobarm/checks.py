@@ -5,6 +5,7 @@ comparison with NaN is false, so that every check of a range refuses it, too.
 """
 
 import math
+import numbers
 from collections.abc import Iterable
 from typing import Any
 
@@ -47,10 +48,12 @@ def not_negative(owner: object, *fields: str) -> None:
 
 
 def at_least(owner: object, least: int, *fields: str) -> None:
-    """Each field has to be a number, `least` or more."""
+    """Each field has to be a whole number, `least` or more."""
+    valid = f"a whole number, {least} or more"
     for field in fields:
         value = getattr(owner, field)
-        require(value >= least, field, value, f"{least} or more")
+        whole = isinstance(value, numbers.Integral)
+        require(whole and value >= least, field, value, valid)
 
 
 def within(owner: object, interval: str, *fields: str) -> None:

@@ -17,7 +17,7 @@ from drake_mobarm import __version__
 from drake_mobarm.exceptions import MobarmError, OutputError
 from drake_mobarm.job import find_tables
 from drake_mobarm.runtime.output import staged_folder
-from drake_mobarm.runtime.result import RECORDING
+from drake_mobarm.runtime.result import run_files
 from drake_mobarm.runtime.scenarios import load_scenario, scenario_names
 from drake_mobarm.runtime.simulation import build_diagram, run
 from drake_mobarm.runtime.tables import reproduce
@@ -170,7 +170,7 @@ def _run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.overrides)
     name = Path(options.scenario).stem
     folder = options.out or Path("runs") / f"{name}-seed{options.seed}"
-    with staged_folder(folder, [RECORDING]) as stage:
+    with staged_folder(folder, run_files()) as stage:
         bar = tqdm(
             total=scenario.time_limit,
             unit="s",
@@ -220,6 +220,9 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _draw(options: argparse.Namespace) -> int:
+    ending = "" if options.out is None else options.out.suffix.lower()
+    if ending not in ("", ".dot", ".svg"):
+        raise OutputError(f"--out {options.out}: valid is a .dot or .svg file")
     diagram = build_diagram(load_scenario(options.scenario))
     dot = diagram.GetGraphvizString()
     if options.out is None:
@@ -227,7 +230,7 @@ def _draw(options: argparse.Namespace) -> int:
         return SUCCESS
     with staged_folder(options.out.parent) as stage:
         drawing = stage / options.out.name
-        if options.out.suffix == ".svg":
+        if ending == ".svg":
             _render(dot, drawing)
         else:
             drawing.write_text(dot)

@@ -39,7 +39,7 @@ class Verdict(NamedTuple):
     metrics: dict[str, float]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class RunRecord:
     """What a run leaves behind, for reports and tables.
 
@@ -62,13 +62,17 @@ class RunRecord:
     simulated_s: float
     wall_s: float
     metrics: dict[str, float]
-    trace: dict[str, Array]
-    outputs: dict[str, Any]
+    trace: dict[str, Array] = field(repr=False)
+    outputs: dict[str, Any] = field(repr=False)
 
     @property
     def real_time_factor(self) -> float:
         """Simulated seconds a second."""
         return self.simulated_s / self.wall_s
+
+
+def write_nothing(run: RunRecord, folder: Path) -> None:
+    """What a report writes that has no more than its picture."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,12 +84,14 @@ class Report:
         draw: draws it, as a matplotlib Figure.
         describe: gives the figures that matter, each with its label.
         write_more: writes what else there is into a folder.
+        more_files: the names of what it writes.
     """
 
     picture: str
     draw: Callable[[RunRecord], Any]
     describe: Callable[[RunRecord], list[tuple[str, str]]]
-    write_more: Callable[[RunRecord, Path], None] = lambda run, folder: None
+    write_more: Callable[[RunRecord, Path], None] = write_nothing
+    more_files: Sequence[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,6 +174,11 @@ def judge_by_done(
     return Verdict(False, reason, {})
 
 
+def no_places(scenario: Any) -> Sequence[Any]:
+    """The places of a scenario that has no world."""
+    return ()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Job:
     """What the rest of the library needs to know of a job.
@@ -186,7 +197,7 @@ class Job:
 
     name: str
     scenario: type[Any]
-    places: Callable[[Any], Sequence[Any]] = lambda scenario: ()
+    places: Callable[[Any], Sequence[Any]] = no_places
     judge: Callable[[Any, Trace, Mapping[str, Any]], Verdict] = judge_by_done
 
     module: Any = None

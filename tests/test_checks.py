@@ -3,6 +3,7 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from drake_mobarm import checks
@@ -26,10 +27,15 @@ CASES = {
         [0, 0.0, -0.0, LEAST, 1, MOST],
         [-LEAST, -1, INF, -INF, NAN],
     ),
+    "finite": (
+        *(checks.finite, ()),
+        [0, -1.5, LEAST, MOST, -MOST],
+        [INF, -INF, NAN],
+    ),
     "at_least": (
         *(checks.at_least, (3,)),
-        [3, 3.0, 4, MOST],
-        [2, math.nextafter(3, 0), -3, -INF, NAN],
+        [3, 4, np.int64(5), 10**9],
+        [2, 3.0, 3.5, math.nextafter(3, 0), -3, MOST, INF, NAN],
     ),
     "within open": (
         *(checks.within, ("(0, 1)",)),
@@ -127,8 +133,9 @@ def test_every_field_that_is_named_is_checked_and_no_other(name):
     ("name", "message"),
     [
         ("positive", "x is 0: valid is finite and above 0"),
+        ("finite", "x is inf: valid is finite"),
         ("not_negative", "x is -5e-324: valid is finite, 0 or more"),
-        ("at_least", "x is 2: valid is 3 or more"),
+        ("at_least", "x is 2: valid is a whole number, 3 or more"),
         ("within a turn", "x is 6.283185307179586: valid is in [0, 2 pi)"),
         ("one_of", "x is '': valid is a, b, 3"),
         ("finite_numbers", "x is []: valid is [x, y] in m, finite"),

@@ -13,8 +13,9 @@ class ControllerParameters:
     """Gains and limits; the dissertation gives no values.
 
     Attributes:
-        linear_gain: speed per distance [1/s], positive. With 2 or less, a
-            robot that brakes at 1 m/s^2 stops on the target from 1 m/s.
+        linear_gain: speed per distance [1/s], positive. From a speed v a
+            robot that can brake at a stops on the target where this is
+            2 a / v or less: 1.97 for the station's base from 1 m/s.
         angular_gain: turn rate per heading error [1/s], positive.
         max_speed: highest speed [m/s], positive.
         max_turn_rate: highest turn rate [rad/s], positive.

@@ -39,8 +39,8 @@ class FilterParameters:
     Attributes:
         angle_floor: least standard deviation of a bearing [rad], positive.
         distance_floor: least standard deviation of a distance [m], positive.
-        drift: standard deviation of odometry after 1 m [m], growing with
-            the root of the way, at least 0.
+        drift: standard deviation of odometry, which grows with the root of
+            the way [m/sqrt(m)], at least 0.
         gate: squared Mahalanobis distance [-] beyond which a reading is
             refused, positive; 13.8 is 99.9 % for two numbers.
         patience: refused readings in a row [-] after which the filter starts

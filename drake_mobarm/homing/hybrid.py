@@ -40,8 +40,9 @@ class HybridParameters:
         tau: decay of their weights [readings]; the dissertation gives none,
             see `mobarm reproduce tau`.
         agreement: threshold of (2.14) [-]; the dissertation has 0.3.
-        z_threshold: of the outlier test [-]; the dissertation has 1.645, for
-            90 %.
+        z_threshold: of the outlier test on each axis [-]; the dissertation
+            has 1.645, for 90 %. As either axis may refuse a position, about
+            a fifth of good ones is refused.
         arrival_distance: from the robot to the estimate [m]; the
             dissertation has 0.3.
         arrival_agreement: from the parallax to the vector position at arrival

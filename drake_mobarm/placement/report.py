@@ -208,4 +208,5 @@ REPORT = Report(
     draw=draw_map,
     describe=describe_placement,
     write_more=write_squares,
+    more_files=("squares.csv",),
 )

@@ -16,7 +16,8 @@ class DifferentialDrive:
 
     Attributes:
         wheel_radius: r [m].
-        track: distance w between the wheels' contact points [m].
+        track: distance between the wheels' contact points [m], the w of
+            section 7.3.1.1; here w is a turn rate.
         mass: m, everything [kg].
         body_mass: m_c, everything but the driving wheels [kg].
         com_offset: d, from the axle's midpoint forward to the centre of

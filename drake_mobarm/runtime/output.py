@@ -37,6 +37,12 @@ def staged_folder(folder: Path, replaced: Sequence[str] = ()) -> Iterator[Path]:
         yield stage
         folder.mkdir(parents=True, exist_ok=True)
         new = {file.name for file in stage.iterdir()}
+        for name in sorted(new):
+            if (folder / name).is_dir():
+                raise OutputError(
+                    f"output folder {folder} cannot be written: {name} is a "
+                    "folder there"
+                )
         for file in sorted(stage.iterdir()):
             os.replace(file, folder / file.name)
         for name in replaced:

@@ -6,16 +6,21 @@ dataclass of its scenarios; `judge(scenario, trace, outputs)`, which gives a
 `Verdict`; `set_stage(meshcat, scenario)`; and `REPORT`, a `Report`.
 """
 
+import contextlib
+import dataclasses
+import hashlib
 import importlib.util
 import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
+from typing import Any
 
 from drake_mobarm.checks import within
-from drake_mobarm.exceptions import ScenarioError
-from drake_mobarm.job import Job, judge_by_done
+from drake_mobarm.exceptions import MobarmError, ScenarioError
+from drake_mobarm.job import Job, Verdict, judge_by_done
 
 
 @dataclass(kw_only=True)
@@ -37,8 +42,11 @@ class OwnScenario:
 def load_own_diagram(path: Path) -> Job:
     """The job that a Python file describes.
 
+    What the file's functions raise is told as an error of the file.
+
     Raises:
-        ScenarioError: there is no such file, it fails, or has no `build`.
+        ScenarioError: there is no such file, it fails, has no `build`, or its
+            `Scenario` is not of a form that can be read.
     """
     if not path.is_file():
         raise ScenarioError(f"diagram {path}: there is no such file")
@@ -48,28 +56,58 @@ def load_own_diagram(path: Path) -> Job:
             f"diagram {path} has no function build(scenario, *, seed, "
             "meshcat=None)"
         )
+    scenario = getattr(module, "Scenario", OwnScenario)
+    if not dataclasses.is_dataclass(scenario) or not {
+        "diagram",
+        "time_limit",
+    } <= {field.name for field in dataclasses.fields(scenario)}:
+        raise ScenarioError(
+            f"diagram {path}: its Scenario has to be a dataclass with the "
+            "fields diagram and time_limit"
+        )
+    judge = getattr(module, "judge", judge_by_done)
+    parts = vars(module) | {"build": _guarded(path, module.build)}
     return Job(
         name=path.stem,
-        scenario=getattr(module, "Scenario", OwnScenario),
-        judge=getattr(module, "judge", judge_by_done),
-        module=module,
+        scenario=scenario,
+        judge=_guarded(path, lambda *run: Verdict(*judge(*run))),
+        module=SimpleNamespace(**parts),
     )
+
+
+def _guarded(path: Path, function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function; whatever it raises is one line about its file."""
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        with _errors_of(path):
+            return function(*arguments, **named)
+
+    return call
+
+
+@contextlib.contextmanager
+def _errors_of(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except MobarmError:
+        raise
+    except (Exception, SystemExit) as error:
+        line = " ".join(str(error).split())
+        raise ScenarioError(
+            f"diagram {path}: {type(error).__name__}: {line}"
+        ) from error
 
 
 @lru_cache(maxsize=16)
 def _load(path: Path, _modified: int) -> ModuleType:
-    name = f"drake_mobarm_diagram_{path.stem}"
+    # Files of one name in several folders are several modules.
+    digest = hashlib.sha256(str(path).encode()).hexdigest()[:12]
+    name = f"drake_mobarm_diagram_{path.stem}_{digest}"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # Dataclasses look their module up.
-    try:
+    with _errors_of(path):
         spec.loader.exec_module(module)
-    except Exception as error:
-        # Whatever a user's file raises is one line about that file.
-        line = " ".join(str(error).split())
-        raise ScenarioError(
-            f"diagram {path}: {type(error).__name__}: {line}"
-        ) from error
     return module

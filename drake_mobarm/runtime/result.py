@@ -1,14 +1,14 @@
 """What came out of a run, and its folder."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from drake_mobarm.exceptions import OutputError
-from drake_mobarm.job import Job, RunRecord
+from drake_mobarm.job import Job, RunRecord, find_job, job_names
 from drake_mobarm.runtime.output import staged_folder
 from drake_mobarm.runtime.scenarios import dump_scenario
 from drake_mobarm.signals import element_names
@@ -16,7 +16,17 @@ from drake_mobarm.signals import element_names
 RECORDING = "recording.html"
 
 
-@dataclass(frozen=True, kw_only=True)
+def run_files() -> list[str]:
+    """Files that a run may leave in its folder and another run has not."""
+    files = [RECORDING]
+    for name in job_names():
+        report = find_job(name).report
+        if report is not None:
+            files += [report.picture, *report.more_files]
+    return files
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Result(RunRecord):
     """What came out of a run.
 
@@ -26,21 +36,23 @@ class Result(RunRecord):
         diagram_dot: the block diagram in DOT.
     """
 
-    job: Job
-    recording: str | None
-    diagram_dot: str
+    job: Job = field(repr=False)
+    recording: str | None = field(repr=False)
+    diagram_dot: str = field(repr=False)
 
     def summary(self) -> str:
         """The run in JSON; a metric without a value is null."""
         metrics = {
-            name: value if np.isfinite(value) else None
+            name: float(value)
+            if value is not None and np.isfinite(value)
+            else None
             for name, value in self.metrics.items()
         }
         return json.dumps(
             {
                 "scenario": self.scenario.diagram,
                 "seed": self.seed,
-                "success": self.success,
+                "success": bool(self.success),
                 "reason": self.reason,
                 "simulated_s": self.simulated_s,
                 "wall_s": self.wall_s,
@@ -99,7 +111,7 @@ class Result(RunRecord):
         Raises:
             OutputError: the folder cannot be written.
         """
-        with staged_folder(Path(folder), [RECORDING]) as stage:
+        with staged_folder(Path(folder), run_files()) as stage:
             self.write(stage)
         return Path(folder) / self.first_file
 

@@ -1,9 +1,6 @@
 """Scenarios: what to simulate, read from YAML and checked before it runs."""
 
-import contextlib
 import dataclasses
-import math
-import typing
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +8,10 @@ from typing import Any
 import yaml
 
 from drake_mobarm import diagrams
-from drake_mobarm.exceptions import ParameterError, ScenarioError
+from drake_mobarm.exceptions import ScenarioError
 from drake_mobarm.job import Job, find_job, job_names
 from drake_mobarm.runtime.own_diagram import load_own_diagram
+from drake_mobarm.runtime.typed_values import from_values, to_values
 from drake_mobarm.world.places import check_places
 from drake_mobarm.world.sdf import load_world
 
@@ -40,23 +38,61 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
         ParameterError: a value is out of its range.
         WorldError: the world cannot be used.
     """
+    if isinstance(overrides, str):
+        raise ScenarioError(
+            f"overrides are {overrides!r}: valid is a list of such texts"
+        )
     path = _find(name_or_path)
     values = _parse(path)
+    _anchor(values, path.parent)
     for override in overrides:
         _override(values, override)
-    diagram = str(values.get("diagram"))
-    if diagram.endswith(".py"):
-        # As seen from the scenario's file, beside which it stands.
-        diagram = values["diagram"] = str((path.parent / diagram).resolve())
+    _anchor(values, Path.cwd())
     try:
-        job = job_of_diagram(diagram)
+        job = job_of_diagram(str(values.get("diagram")))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
-    scenario = _make(job.scenario, values, name_or_path, "")
+    scenario = from_values(job.scenario, values, name_or_path)
+    _check_places(job, scenario)
+    return scenario
+
+
+def checked_copy(scenario: Any, job: Job) -> Any:
+    """A copy of a scenario, checked anew, for it may have been changed.
+
+    Args:
+        scenario: of any dataclass.
+        job: of which it is.
+
+    Raises:
+        ScenarioError: it is no dataclass, or a value has a wrong type, or
+            something is set that is no field, or a place makes no sense.
+        ParameterError: a value is out of its range.
+        WorldError: the world cannot be used.
+    """
+    if not dataclasses.is_dataclass(scenario) or isinstance(scenario, type):
+        raise ScenarioError(
+            f"{scenario!r} is no scenario: valid is what load_scenario gives"
+        )
+    copy = from_values(type(scenario), to_values(scenario), "scenario")
+    _check_places(job, copy)
+    return copy
+
+
+def _check_places(job: Job, scenario: Any) -> None:
     places = job.places(scenario)
     if places:
         check_places(load_world(scenario.world), places)
-    return scenario
+
+
+def _anchor(values: dict[str, Any], folder: Path) -> None:
+    """Makes paths of files in a folder absolute, to be found from elsewhere."""
+    for key, ending in (("diagram", ".py"), ("world", ".sdf")):
+        value = values.get(key)
+        if isinstance(value, str) and value.endswith(ending):
+            file = folder / value
+            if file.is_file():
+                values[key] = str(file.resolve())
 
 
 def job_of(scenario: Any) -> Job:
@@ -93,7 +129,7 @@ def job_of_diagram(diagram: str) -> Job:
 
 def dump_scenario(scenario: Any) -> str:
     """The scenario as YAML, every default spelled out."""
-    values = dataclasses.asdict(scenario)
+    values = to_values(scenario)
     # The job's own parameters, which the scenario's class inherits, go last.
     own = type(scenario).__annotations__
     ordered = sorted(values, key=lambda key: key not in own)
@@ -115,8 +151,10 @@ def _find(name_or_path: str) -> Path:
     if name_or_path in _shipped():
         return _shipped()[name_or_path]
     path = Path(name_or_path)
-    if path.suffix in (".yaml", ".yml") and path.is_file():
-        return path
+    if path.suffix in (".yaml", ".yml"):
+        if path.is_file():
+            return path
+        raise ScenarioError(f"scenario {path}: there is no such file")
     raise ScenarioError(
         f"unknown scenario {name_or_path!r}: valid are "
         f"{', '.join(scenario_names())}, or the path of a .yaml file"
@@ -152,69 +190,3 @@ def _override(values: dict[str, Any], override: str) -> None:
         if not isinstance(values, dict):
             raise ScenarioError(f"--set {name}: {parent} has no parts")
     values[last] = value
-
-
-def _make(kind: type[Any], values: Any, where: str, prefix: str) -> Any:
-    """A dataclass from a dict, which is checked all the way down.
-
-    pydrake's yaml_load_typed sets values past the dataclasses' own checks,
-    and does not say what the valid keys are.
-    """
-    if not isinstance(values, dict):
-        raise ScenarioError(f"{where}: {prefix[:-1]} needs keys and values")
-    kinds = typing.get_type_hints(kind)
-    fields = dataclasses.fields(kind)
-    names = [f.name for f in fields]
-    for key in values:
-        if key not in names:
-            raise ScenarioError(
-                f"{where}: unknown key {prefix}{key}: valid are "
-                f"{', '.join(prefix + name for name in names)}"
-            )
-    for f in fields:
-        needed = (
-            f.default is dataclasses.MISSING
-            and f.default_factory is dataclasses.MISSING
-        )
-        if needed and f.name not in values:
-            raise ScenarioError(f"{where}: {prefix}{f.name} is missing")
-    checked = {
-        key: _check_value(kinds[key], value, where, f"{prefix}{key}")
-        for key, value in values.items()
-    }
-    try:
-        return kind(**checked)
-    except ParameterError as error:
-        raise ParameterError(f"{where}: {prefix}{error}") from error
-
-
-def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
-    """The value as `kind`; whole numbers are made float where wanted."""
-    if dataclasses.is_dataclass(kind):
-        assert isinstance(kind, type)
-        return _make(kind, value, where, f"{name}.")
-    if typing.get_origin(kind) is list:
-        if not isinstance(value, list):
-            raise ScenarioError(f"{where}: {name} is {value!r}, not a list")
-        (item,) = typing.get_args(kind)
-        return [
-            _check_value(item, x, where, f"{name}[{i}]")
-            for i, x in enumerate(value)
-        ]
-    if kind is float:
-        # YAML 1.1 reads 1e-3 as text.
-        if isinstance(value, str):
-            with contextlib.suppress(ValueError):
-                value = float(value)
-        if isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ScenarioError(
-                f"{where}: {name} is {value}: it has to be finite"
-            )
-    if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
-        raise ScenarioError(
-            f"{where}: {name} is {value!r}: it has to be of type "
-            f"{kind.__name__}"
-        )
-    return value

@@ -1,7 +1,8 @@
 """Runs a scenario: simulate, watch for the end, log, record."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -17,11 +18,14 @@ from drake_mobarm.diagrams.wiring import NO_BLOCKS, TRACE
 from drake_mobarm.drawing.stage import FRAMES_PER_SECOND
 from drake_mobarm.exceptions import BlockError
 from drake_mobarm.geometry import Array
-from drake_mobarm.job import Job, Trace, Verdict, judge_by_done, spawn_seeds
+from drake_mobarm.job import Job, Trace, Verdict, spawn_seeds
 from drake_mobarm.runtime.result import Result
-from drake_mobarm.runtime.scenarios import job_of
+from drake_mobarm.runtime.scenarios import checked_copy, job_of
 
 _CHECK_PERIOD = 0.05
+
+# Names that a trace and its file have for themselves.
+_RESERVED = ("t", "file")
 
 
 def build_diagram(
@@ -43,8 +47,8 @@ def build_diagram(
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
     """
-    job = job_of(scenario)
-    return _build(job, scenario, seed, meshcat, blocks)
+    job, seed = job_of(scenario), _check_seed(seed)
+    return _build(job, checked_copy(scenario, job), seed, meshcat, blocks)
 
 
 def run(
@@ -53,7 +57,7 @@ def run(
     *,
     blocks: Mapping[str, System] = NO_BLOCKS,
     build: Callable[..., Diagram] | None = None,
-    judge: Callable[[Any, Trace, Mapping[str, Any]], Verdict] = judge_by_done,
+    judge: Callable[[Any, Trace, Mapping[str, Any]], Verdict] | None = None,
     record: bool = False,
     live: bool = False,
     on_progress: Callable[[float], None] | None = None,
@@ -62,7 +66,8 @@ def run(
     """Simulates a scenario until its job is done or its time is up.
 
     Args:
-        scenario: what to run, from `load_scenario`.
+        scenario: what to run, from `load_scenario`; it is copied and checked
+            anew.
         seed: of all noise; the same one gives the same trace, to the bit.
         blocks: systems that take the places of shipped blocks, by name. A
             system is part of one diagram: make a new one for each run.
@@ -70,7 +75,8 @@ def run(
             `build(scenario, seed=..., meshcat=...)`, and with `blocks` where
             there are any. The diagram needs an output `done` (1) that ends
             the run; its VectorLogSinks give the trace.
-        judge: of `build`'s diagram; by default it succeeds when it is done.
+        judge: tells the verdict instead of the job's own judge. A diagram of
+            `build` succeeds by default when it is done.
         record: whether to keep an HTML recording.
         live: whether to show the run in a browser, at real time.
         on_progress: called with the simulated time [s] now and then.
@@ -81,17 +87,18 @@ def run(
         BlockError: a block's ports do not fit, or its name is unknown; or
             the diagram has no output `done`.
     """
-    whole = isinstance(seed, int | np.integer) and 0 <= seed < 2**63
-    require(whole, "seed", seed, "a whole number, 0 or more")
+    seed = _check_seed(seed)
     if build is None:
         job = job_of(scenario)
     else:
         job = Job(
             name=getattr(build, "__name__", "own"),
             scenario=type(scenario),
-            judge=judge,
             module=SimpleNamespace(build=build),
         )
+    if judge is not None:
+        job = replace(job, judge=judge)
+    scenario = checked_copy(scenario, job)
     meshcat = Meshcat() if record or live else None
     diagram = _build(job, scenario, seed, meshcat, blocks)
     simulator = Simulator(diagram)
@@ -129,7 +136,7 @@ def run(
             diagram.get_output_port, range(diagram.num_output_ports())
         )
     }
-    verdict = job.judge(scenario, trace, outputs)
+    verdict = Verdict(*job.judge(scenario, trace, outputs))
     return Result(
         scenario=scenario,
         seed=seed,
@@ -147,15 +154,45 @@ def run(
 
 
 def read_trace(diagram: Diagram, context: Context) -> dict[str, Array]:
-    """What the diagram's logs hold: `t` (n,), and (n, size) a signal."""
+    """What the diagram's logs hold: `t` (n,), and (n, size) a signal.
+
+    Raises:
+        BlockError: two logs have one name, a reserved one, or other times.
+    """
     trace: dict[str, Array] = {}
-    for system in diagram.GetSystems():
-        if isinstance(system, VectorLogSink):
-            log = system.FindLog(context)
-            trace["t"] = log.sample_times().copy()
-            name = system.get_name().removeprefix(TRACE)
-            trace[name] = log.data().T.copy()
+    for system in _walk(diagram):
+        if not isinstance(system, VectorLogSink):
+            continue
+        log = system.FindLog(context)
+        name = system.get_name().removeprefix(TRACE)
+        if name in trace or name in _RESERVED:
+            raise BlockError(
+                f"log {name!r}: valid is a name of its own, other than "
+                f"{' and '.join(_RESERVED)}"
+            )
+        times = log.sample_times()
+        if not np.array_equal(trace.setdefault("t", times.copy()), times):
+            raise BlockError(
+                f"log {name!r} was not sampled at the same times as the "
+                "others: valid is one period for all"
+            )
+        trace[name] = log.data().T.copy()
+    trace.setdefault("t", np.empty(0))
     return trace
+
+
+def _walk(diagram: Diagram) -> Iterator[System]:
+    for system in diagram.GetSystems():
+        yield system
+        if isinstance(system, Diagram):
+            yield from _walk(system)
+
+
+def _check_seed(seed: Any) -> int:
+    whole = isinstance(seed, int | np.integer)
+    valid = whole and bool(0 <= seed < 2**63)
+    require(valid, "seed", seed, "a whole number, 0 or more, below 2**63")
+    return int(seed)
 
 
 def _build(

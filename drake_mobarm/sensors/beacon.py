@@ -119,8 +119,10 @@ def distance_moments(
     """
     excess = distance - MIN_DISTANCE
     half = noise.distance_bound(distance)
-    if half < 1e-9:
-        return MIN_DISTANCE + max(excess, 0.0), 0.0
+    if excess >= half:  # Nothing is cut off: no small difference of powers.
+        return distance, half**2 / 3
+    if excess <= -half:
+        return MIN_DISTANCE, 0.0
     high, low = max(excess + half, 0.0), max(excess - half, 0.0)
     first = (high**2 - low**2) / (4 * half)
     second = (high**3 - low**3) / (6 * half)

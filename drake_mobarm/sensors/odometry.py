@@ -1,4 +1,4 @@
-"""Odometry: the pose that the wheels' encoders tell, slip and all."""
+"""Odometry: the pose by the wheels' encoders, which drifts with slip."""
 
 import math
 from collections.abc import Sequence

@@ -68,9 +68,10 @@ def limit_reference(
 ) -> Array:
     """A joint reference one step nearer to the desired state.
 
-    A desired motion within the limits is followed, its speed to within half
-    of what the acceleration limit changes in a step; a jump becomes
-    a motion that speeds up, cruises and brakes within the limits.
+    A jump of the desired state becomes a motion that speeds up, cruises and
+    brakes within the limits. A desired motion well within them is followed
+    after a step or two; the nearer its acceleration comes to the limit, the
+    more the reference lags behind it.
 
     Args:
         reference: joint positions and velocities [rad, rad/s], (2, n).

@@ -53,11 +53,11 @@ class BaseDriveParameters:
 def limit_velocity(
     command: Sequence[float], parameters: BaseDriveParameters
 ) -> Pair:
-    """The nearest velocity (v, w) that the wheels can turn.
+    """A command (v, w) [m/s, rad/s] cut to what the wheels can turn.
 
-    First v and w are limited each; then, where a wheel would be too fast,
-    both are scaled alike, which keeps the curvature of what is left. A
-    command that is not finite becomes a halt.
+    First v and w are cut to their own limits; then, where a wheel would be
+    too fast, both are scaled alike, which keeps the curvature of what the
+    first step left. A command that is not finite becomes a halt.
     """
     if not all(map(math.isfinite, command)):
         return 0.0, 0.0

@@ -98,8 +98,8 @@ def just_outside(stated):
             low if left == "(" else math.nextafter(low, -math.inf),
             high if right == ")" else math.nextafter(high, math.inf),
         ]
-    if least := re.fullmatch(r"(\d+) or more", stated):
-        return [int(least[1]) - 1]
+    if least := re.fullmatch(r"a whole number, (\d+) or more", stated):
+        return [int(least[1]) - 1, int(least[1]) + 0.5]
     if re.fullmatch(r"(\d+ finite numbers|finite and) above 0", stated):
         return [0, -1e-300]
     if stated == "finite, 0 or more":

@@ -215,6 +215,46 @@ def test_a_block_that_does_not_fit_is_one_line_that_says_what_does(
     assert isinstance(caught.value, ValueError)
 
 
+def test_what_a_block_tells_besides_is_not_read_by_others():
+    class Bossy(Oracle):
+        """Would also like to drive."""
+
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort(
+                "commanded_base_velocity",
+                2,
+                lambda c, o: o.SetFromVector([-1.0, 0.0]),
+            )
+
+    scenario = load_scenario("homing", [*OPEN, "time_limit=1"])
+    plain, bossy = (
+        run(scenario, blocks={"estimator": block()}).trace["ground_truth"]
+        for block in (Oracle, Bossy)
+    )
+    np.testing.assert_array_equal(plain, bossy)
+
+
+def test_two_outputs_of_one_name_are_refused():
+    wiring = Wiring()
+    wiring.add("one", lambda: Ports(outputs={"a": 1}))
+    with pytest.raises(BlockError, match="two outputs are named 'a'"):
+        wiring.add("two", lambda: Ports(outputs={"a": 1}))
+
+
+@pytest.mark.parametrize(
+    ("world", "start", "word"),
+    [
+        ("empty", [0, 0, 0], "world"),
+        (load_world("empty"), [0, 0], "start"),
+        (load_world("empty"), [0, 0, np.nan], "start"),
+    ],
+)
+def test_a_station_is_not_built_from_nonsense(world, start, word):
+    with pytest.raises(ParameterError, match=f"^{word} is"):
+        build_station(world, start, StationParameters())
+
+
 def test_a_block_of_an_earlier_run_is_refused():
     scenario = load_scenario("homing", [*OPEN, "time_limit=0.1"])
     used = Oracle()

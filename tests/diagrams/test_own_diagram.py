@@ -173,6 +173,79 @@ def test_a_file_that_is_no_diagram_is_one_line(tmp_path, text, words):
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (
+            "def build(scenario, *, seed, meshcat=None):\n    1 / 0\n",
+            ["ZeroDivisionError"],
+        ),
+        ("def build(scenario):\n    pass\n", ["TypeError", "seed"]),
+        (MINE + "\n\ndef judge(*_):\n    return 3\n", ["TypeError"]),
+        ("import sys\nsys.exit(3)\n", ["SystemExit"]),
+        (MINE + "\n\nclass Scenario:\n    pass\n", ["dataclass"]),
+        (
+            MINE
+            + "\n\n@dataclass(kw_only=True)\nclass Scenario:\n"
+            + "    diagram: str\n    time_limit: float | None = 3\n",
+            ["time_limit", "float | None", "list"],
+        ),
+        (
+            MINE
+            + "\n\n@dataclass(kw_only=True)\nclass Scenario:\n"
+            + "    diagram: str\n    time_limit: float = 3.0\n\n"
+            + "    def __post_init__(self):\n"
+            + "        raise ValueError('too late')\n",
+            ["too late"],
+        ),
+    ],
+)
+def test_what_goes_wrong_in_a_file_is_one_line_and_exit_code_2(
+    tmp_path, capsys, text, words
+):
+    file = write(tmp_path, text, time_limit=1.0)
+    code = cli.main(["run", file, "--no-html", "--out", str(tmp_path / "run")])
+    assert code == 2
+    told = capsys.readouterr().err.strip()
+    assert len(told.splitlines()) == 1
+    for word in ["mine", *words]:
+        assert word in told
+    assert not (tmp_path / "run").exists()
+
+
+def test_two_files_of_one_name_do_not_meet(tmp_path):
+    files = []
+    for name, patience in (("p", 0.3), ("q", 9.0)):
+        (tmp_path / name).mkdir()
+        text = MINE + SCENARIO.replace("3.0", str(patience))
+        files.append(write(tmp_path / name, text))
+    assert not run(load_scenario(files[0])).success
+    assert run(load_scenario(files[1])).success
+    assert not run(load_scenario(files[0])).success
+
+
+def test_a_world_beside_a_scenarios_file_is_found_from_anywhere(
+    tmp_path, monkeypatch
+):
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "hall.sdf").write_text(
+        '<sdf version="1.9"><model name="m"><static>true</static>'
+        '<link name="l"><collision name="c"><pose>9 9 0.5 0 0 0</pose>'
+        "<geometry><box><size>1 1 1</size></box></geometry>"
+        "</collision></link></model></sdf>"
+    )
+    (tmp_path / "own" / "mine.yaml").write_text(
+        "diagram: homing\nworld: hall.sdf\nstart: [0, 0, 0]\nbeacon: [2, 1]\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    scenario = load_scenario("own/mine.yaml")
+    assert scenario.world == str(tmp_path / "own" / "hall.sdf")
+    # As --set names it: seen from where the command is given.
+    monkeypatch.chdir(tmp_path / "own")
+    overrides = ["world=hall.sdf", "start=[0, 0, 0]", "beacon=[2, 1]"]
+    assert load_scenario("homing", overrides).world == scenario.world
+
+
 def test_a_file_that_is_missing_is_named(tmp_path):
     file = write(tmp_path, MINE)
     (tmp_path / "mine.py").unlink()

@@ -67,6 +67,22 @@ def test_a_recording_of_an_earlier_run_does_not_stay(result, tmp_path):
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+def test_files_of_an_earlier_run_of_another_job_do_not_stay(result, tmp_path):
+    for name in ("map.png", "squares.csv"):
+        (tmp_path / name).write_text("of a placement")
+    result.save(tmp_path)
+    assert not (tmp_path / "map.png").exists()
+    assert not (tmp_path / "squares.csv").exists()
+    assert (tmp_path / "trajectory.png").exists()
+
+
+def test_a_run_is_saved_whole_or_not_at_all(result, tmp_path):
+    (tmp_path / "trace.npz").mkdir()
+    with pytest.raises(OutputError, match=r"trace\.npz is a folder"):
+        result.save(tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["trace.npz"]
+
+
 def test_a_folder_that_cannot_be_written_is_refused(result, tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(OutputError, match="cannot be written"):

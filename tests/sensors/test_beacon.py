@@ -181,3 +181,16 @@ def test_distance_moments_are_those_of_the_clipped_noise(distance, noise):
 def test_distance_moments_without_noise_are_the_distance_and_nothing():
     assert distance_moments(2.0, BeaconNoise()) == pytest.approx((2.0, 0.0))
     assert distance_moments(0.01, BeaconNoise()) == (MIN_DISTANCE, 0.0)
+
+
+@pytest.mark.parametrize("half_width", [1e-1, 1e-4, 1e-8, 2e-9])
+def test_moments_of_a_little_noise_are_those_of_a_uniform_distance(half_width):
+    noise = BeaconNoise(absolute_distance=half_width)
+    mean, variance = distance_moments(10.0, noise)
+    assert mean == 10.0
+    assert variance == pytest.approx(half_width**2 / 3, rel=1e-12)
+
+
+def test_distances_that_are_all_cut_off_read_as_the_least_for_sure():
+    noise = BeaconNoise(absolute_distance=0.01)
+    assert distance_moments(0.03, noise) == (MIN_DISTANCE, 0.0)

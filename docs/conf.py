@@ -5,6 +5,7 @@ from importlib.metadata import version as installed_version
 from typing import Any
 
 project = "drake_mobarm"
+copyright = "2026, the drake_mobarm maintainers"
 author = "The drake_mobarm maintainers"
 version = release = installed_version("drake_mobarm")
 

@@ -91,7 +91,7 @@ def test_an_edited_diagram_of_ones_own_is_loaded_anew(tmp_path):
         # An hour later: Python's own cache counts whole seconds.
         os.utime(file, (3600 * edition, 3600 * edition))
         job = job_of(load_scenario(scenario))
-        assert job.module.EDITION == edition
+        assert edition == job.module.EDITION
 
 
 @pytest.mark.parametrize(

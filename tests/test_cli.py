@@ -167,3 +167,10 @@ def test_a_failed_write_leaves_nothing_behind(tmp_path, monkeypatch):
     assert code == 2
     assert not out.exists()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_of_an_earlier_run_does_not_stay(tmp_path):
+    (tmp_path / "recording.html").write_text("old")
+    (tmp_path / "notes.txt").write_text("mine")
+    cli.main(["run", "homing", "--no-html", "--out", str(tmp_path), *BLINK])
+    assert {f.name for f in tmp_path.iterdir()} == FILES | {"notes.txt"}

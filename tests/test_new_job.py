@@ -51,9 +51,10 @@ class CountingScenario:
 def judge(
     scenario: CountingScenario, trace: Trace, outputs: Mapping[str, Any]
 ) -> Verdict:
-    reached = float(trace["count"][-1, 0])
+    reached, luck = (float(trace[name][-1, 0]) for name in ("count", "luck"))
     done = bool(outputs["done"][0] > 0.5)
-    return Verdict(done, f"counted to {reached:g}", {"reached": reached})
+    metrics = {"reached": reached, "luck": luck}
+    return Verdict(done, f"counted to {reached:g}", metrics)
 
 
 JOB = Job(name="counting", scenario=CountingScenario, judge=judge)
@@ -112,7 +113,11 @@ def trials(seed, count):
     for index in range(count):
         for case in ("near", "far"):
             goal = {"near": 0.2, "far": 0.4}[case] + 0.1 * index
-            yield Trial(case=case, seed=seed, overrides=(f"goal={goal}",))
+            yield Trial(
+                case=case,
+                seed=100 * seed + index + 7,
+                overrides=(f"goal={goal}",),
+            )
 
 
 TABLES = {
@@ -131,7 +136,10 @@ TABLES = {
 '''
 
 DIAGRAM = '''
-"""Counting: a counter."""
+"""Counting: a counter, and what luck its run has."""
+
+import numpy as np
+from pydrake.systems.primitives import ConstantVectorSource
 
 from drake_mobarm.counting.systems import Counter
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
@@ -151,8 +159,10 @@ def build(scenario, *, seed=0, meshcat=None, blocks=NO_BLOCKS):
     """Wires the counter, with its log."""
     wiring = Wiring()
     wiring.add("job", lambda: build_job(scenario, blocks=blocks))
+    luck = np.random.default_rng(seed).random()
+    wiring.add_primitive("luck", ConstantVectorSource([luck]), "luck")
     wiring.export(done="reached")
-    wiring.log("count")
+    wiring.log("count", "luck")
     return wiring.build("counting")
 '''
 
@@ -183,6 +193,11 @@ def copy(tmp_path_factory):
     return folder
 
 
+def luck(seed):
+    """What the toy draws by a seed."""
+    return np.random.default_rng(seed).random()
+
+
 def mobarm(copy, *arguments, code=0):
     """What the copy's command prints, run in its folder."""
     done = subprocess.run(
@@ -204,12 +219,15 @@ def test_a_new_job_is_listed_with_its_table(copy):
 
 
 def test_a_new_job_is_run_judged_and_shown(copy):
-    shown = mobarm(copy, "run", "counting", "--no-html", "--out", "run")
+    shown = mobarm(
+        copy, "run", "counting", "--no-html", "--out", "run", "--seed", "5"
+    )
     assert "success: counted to 1" in shown
     assert shown.strip().endswith("count.png")
     summary = json.loads((copy / "run" / "summary.json").read_text())
     assert summary["scenario"] == "counting"
-    assert summary["metrics"] == {"reached": 1.0}
+    assert summary["seed"] == 5
+    assert summary["metrics"] == {"reached": 1.0, "luck": luck(5)}
     trace = np.load(copy / "run" / "trace.npz")
     np.testing.assert_allclose(trace["count"][:, 0], trace["t"])
     assert (copy / "run" / "count.png").stat().st_size > 1000
@@ -238,12 +256,21 @@ def test_a_new_job_is_drawn(copy):
 
 
 def test_a_new_jobs_table_is_reproduced_with_commands_that_repeat_it(copy):
-    shown = mobarm(copy, "reproduce", "counts", "--jobs", "1", "--out", "t")
+    shown = mobarm(
+        copy,
+        *("reproduce", "counts", "--jobs", "1", "--seed", "3", "--out", "t"),
+    )
     assert "| near | 100 | 0.250 (1) |" in shown
+    assert json.loads((copy / "t" / "table.json").read_text())["seed"] == 3
     with (copy / "t" / "trials.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 4
-    command = rows[1]["command"].split()
+    assert [row["seed"] for row in rows] == ["307", "307", "308", "308"]
+    for row in rows:
+        assert float(row["luck"]) == luck(int(row["seed"]))
+    command = rows[2]["command"].split()
     assert command[:3] == ["mobarm", "run", "counting"]
-    again = mobarm(copy, *command[1:], "--no-html", "--out", "again")
-    assert f"counted to {float(rows[1]['reached']):g}" in again
+    mobarm(copy, *command[1:], "--no-html", "--out", "again")
+    summary = json.loads((copy / "again" / "summary.json").read_text())
+    assert summary["seed"] == 308
+    for metric, value in summary["metrics"].items():
+        assert value == float(rows[2][metric])

@@ -9,7 +9,6 @@ dataclass of its scenarios; `judge(scenario, trace, outputs)`, which gives a
 import contextlib
 import dataclasses
 import hashlib
-import importlib.util
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -103,11 +102,12 @@ def _load(path: Path, _modified: int) -> ModuleType:
     # Files of one name in several folders are several modules.
     digest = hashlib.sha256(str(path).encode()).hexdigest()[:12]
     name = f"drake_mobarm_diagram_{path.stem}_{digest}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType(name)
+    module.__file__ = str(path)
     sys.modules[name] = module  # Dataclasses look their module up.
     with _errors_of(path):
-        spec.loader.exec_module(module)
+        # Not by an importer, which would write bytecode beside the file, and
+        # take it for the file's where both are of the same second and size.
+        code = compile(path.read_text(encoding="utf-8"), str(path), "exec")
+        exec(code, vars(module))
     return module

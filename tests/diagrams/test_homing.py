@@ -9,6 +9,7 @@ from drake_mobarm.robot.shape import ANTENNA_POSITION
 from drake_mobarm.runtime.simulation import build_diagram
 from drake_mobarm.sensors.beacon import Beacon
 from drake_mobarm.sensors.systems import BeaconSensor
+from helpers.reach import descriptions, differing, keys, reached, update_times
 
 OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "noise=3"]
 
@@ -159,3 +160,79 @@ def test_only_metrics_and_drawing_read_the_ground_truth():
         if source.get_output_port(port).get_name() == "ground_truth":
             readers.append(system.get_name())
     assert readers == ["trace.ground_truth"]
+
+
+# What each key, or what begins like it, is there for.
+REACHES = {
+    "estimator": {"estimator"},
+    "avoidance": {"avoidance"},
+    "hybrid": {"estimator"},
+    "filter": {"estimator"},
+    "rules": {"avoidance"},
+    "controller": {"controller"},
+    "world": {"lidar"},  # And geometries, which are no system's parameters.
+    "start": {"plant", "odometry"},
+    "beacon": {"beacon"},
+    "noise": {"beacon", "estimator"},
+    "calibration_noise": {"estimator"},
+    "station.time_step": {"plant", "ground_truth"},
+    "station.stowed": {"plant", "arm_driver", "stow"},
+    "station.lidar.rays": {"lidar", "lidar_noise", "avoidance"},
+    "station.lidar.rate": {"lidar", "lidar_noise", "avoidance"},
+    "station.lidar.range_max": {"lidar", "avoidance"},
+    "station.lidar.noise": {"lidar"},
+    "station.beacon": {"beacon"},
+    "station.beacon.rate": {"beacon", "beacon_noise", "estimator"},
+    "station.beacon.model": {"beacon", "estimator"},
+    "station.base_drive": {"base_driver"},
+    "station.base_drive.base": {"base_driver", "odometry"},
+    "station.arm_drive": {"arm_driver"},
+}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        key
+        for key in keys(load_scenario("homing"))
+        if key not in {"diagram", "time_limit"}
+    ],
+)
+def test_a_key_reaches_the_systems_that_it_is_for_and_no_other(key):
+    starts = [start for start in REACHES if f"{key}.".startswith(f"{start}.")]
+    variant = ["estimator=hybrid"] if key.startswith("hybrid.") else []
+    assert reached("homing", key, *variant) == REACHES[max(starts, key=len)]
+
+
+def test_the_hybrid_estimator_is_not_told_the_noise():
+    assert reached("homing", "noise", "estimator=hybrid") == {"beacon"}
+
+
+def test_the_diagrams_seed_is_that_of_the_calibration():
+    scenario = open_space()
+    zero, one, other = (
+        descriptions(build_diagram(scenario, seed=seed)) for seed in (0, 1, 2)
+    )
+    assert differing(zero, one) == differing(one, other) == {"estimator"}
+
+
+@pytest.mark.parametrize(
+    ("name", "period"), [("estimator", 0.05), ("avoidance", 0.1)]
+)
+def test_a_block_works_5_ms_after_each_sample_of_its_sensor(name, period):
+    times = update_times(block(build_diagram(load_scenario("homing")), name))
+    # The simulation itself begins at 0 and ends at 0.25 s.
+    expected = [0, *np.arange(0.005, 0.25, period), 0.25]
+    np.testing.assert_allclose(times, expected, atol=1e-12)
+
+
+def test_the_trace_holds_what_reports_and_tables_need():
+    assert set(run(open_space("time_limit=0.1")).trace) == {
+        "t",
+        "ground_truth",
+        "measured_base_pose",
+        "beacon_reading",
+        "estimated_target",
+        "waypoint",
+        "commanded_base_velocity",
+    }

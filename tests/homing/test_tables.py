@@ -6,6 +6,7 @@ from drake_mobarm.homing.tables import (
     ROOMS,
     house_trials,
     open_space_trials,
+    tau_trials,
 )
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import clearance, outlines
@@ -54,12 +55,44 @@ def test_house_trials_stand_free_in_their_rooms():
             assert clearance(footprint, place) > 0.27
 
 
-def test_a_trials_notes_are_what_its_overrides_say():
-    for trial in [*open_space_trials(1, 4), *house_trials(1, 4)]:
+def test_a_trials_overrides_are_what_its_case_and_its_notes_say():
+    shipped = load_scenario("homing")
+    expected = {}
+    for estimator in ("hybrid", "filter"):
+        expected[estimator] = {
+            "world": "small_house",
+            "avoidance": "rules",
+            "estimator": estimator,
+            "noise": 5,
+            "tau": shipped.hybrid.tau,
+        }
+    for noise in (1, 2, 3, 4, 5):
+        floor = {"world": "empty", "avoidance": "none", "noise": noise}
+        for estimator in ("hybrid", "filter"):
+            expected[f"{estimator}, configuration {noise}"] = floor | {
+                "estimator": estimator,
+                "tau": shipped.hybrid.tau,
+            }
+        for tau in (1, 2, 4, 6, 8, 12, 20):
+            expected[f"tau {tau}, configuration {noise}"] = floor | {
+                "estimator": "hybrid",
+                "tau": tau,
+            }
+    met = set()
+    tables = (open_space_trials, house_trials, tau_trials)
+    for trial in (t for table in tables for t in table(1, 2)):
         scenario = load_scenario("homing", trial.overrides)
+        assert expected[trial.case] == {
+            "world": scenario.world,
+            "avoidance": scenario.avoidance,
+            "estimator": scenario.estimator,
+            "noise": scenario.noise,
+            "tau": scenario.hybrid.tau,
+        }
         assert scenario.beacon == beacon(trial)
         assert scenario.start == [*start(trial), trial.notes["start_yaw_rad"]]
-        assert scenario.estimator in trial.case
+        met.add(trial.case)
+    assert met == set(expected)
 
 
 def test_other_seeds_give_other_trials_and_the_same_seed_the_same():

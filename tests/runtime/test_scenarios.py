@@ -1,6 +1,7 @@
 """Scenarios from YAML: what loads, and what is refused in one line."""
 
 import dataclasses
+import os
 
 import pytest
 import yaml
@@ -12,7 +13,11 @@ from drake_mobarm.exceptions import (
     ScenarioError,
     WorldError,
 )
-from drake_mobarm.runtime.scenarios import dump_scenario, scenario_names
+from drake_mobarm.runtime.scenarios import (
+    dump_scenario,
+    job_of,
+    scenario_names,
+)
 
 BOX_WITH_A_ROOM = """<?xml version="1.0"?>
 <sdf version="1.9"><model name="hut"><static>true</static><link name="l">
@@ -62,17 +67,31 @@ def test_what_is_dumped_loads_as_the_same_scenario(tmp_path):
     assert load_scenario(file) == scenario
 
 
-def test_every_default_is_spelled_out():
-    dumped = yaml.safe_load(dump_scenario(load_scenario("homing")))
-
+@pytest.mark.parametrize("name", scenario_names())
+def test_every_default_is_spelled_out_and_nothing_else(name, tmp_path):
     def check(part, values):
-        for field in dataclasses.fields(part):
-            value = getattr(part, field.name)
-            assert field.name in values
-            if dataclasses.is_dataclass(value):
-                check(value, values[field.name])
+        assert set(values) == {field.name for field in dataclasses.fields(part)}
+        for key, value in values.items():
+            if dataclasses.is_dataclass(getattr(part, key)):
+                check(getattr(part, key), value)
+            else:
+                assert value == getattr(part, key)
 
-    check(load_scenario("homing"), dumped)
+    scenario = load_scenario(name)
+    text = dump_scenario(scenario)
+    check(scenario, yaml.safe_load(text))
+    assert load_scenario(write(tmp_path, text)) == scenario
+
+
+def test_an_edited_diagram_of_ones_own_is_loaded_anew(tmp_path):
+    scenario = write(tmp_path, "diagram: mine.py\n")
+    file = tmp_path / "mine.py"
+    for edition in (1, 2):
+        file.write_text(f"EDITION = {edition}\ndef build(): ...\n")
+        # An hour later: Python's own cache counts whole seconds.
+        os.utime(file, (3600 * edition, 3600 * edition))
+        job = job_of(load_scenario(scenario))
+        assert edition == job.module.EDITION
 
 
 @pytest.mark.parametrize(

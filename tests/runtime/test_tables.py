@@ -4,7 +4,10 @@ import json
 
 import pytest
 
+from drake_mobarm import load_scenario
+from drake_mobarm.exceptions import OutputError
 from drake_mobarm.homing.tables import TABLES
+from drake_mobarm.runtime import tables as tables_module
 from drake_mobarm.runtime.tables import reproduce, summarise
 from helpers.refusals import assert_refused
 
@@ -70,3 +73,24 @@ def test_the_table_does_not_depend_on_the_number_of_jobs(tmp_path):
 def test_impossible_sweeps_are_refused(arguments, refused, tmp_path):
     assert_refused(refused, reproduce, folder=tmp_path / "t", **arguments)
     assert not (tmp_path / "t").exists()
+
+
+def test_a_sweep_does_not_go_on_where_the_scenarios_defaults_are_others(
+    tmp_path, monkeypatch
+):
+    def fail(work):
+        raise RuntimeError("power cut")
+
+    def other_defaults(name, overrides=()):
+        return load_scenario(name, ["filter.gate=8", *overrides])
+
+    def go_on():
+        reproduce("2.3", tmp_path, trials=1, jobs=1)
+
+    monkeypatch.setattr(tables_module, "run_trial", fail)
+    for _ in range(2):
+        with pytest.raises(RuntimeError, match="power cut"):
+            go_on()
+    monkeypatch.setattr(tables_module, "load_scenario", other_defaults)
+    with pytest.raises(OutputError, match="another sweep"):
+        go_on()

@@ -1,5 +1,7 @@
 """The station in Drake: it stands, drives, touches, senses."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from pydrake.common import RandomGenerator
@@ -293,3 +295,22 @@ def test_robot_passes_a_wall_that_its_disc_does_not_reach(tmp_path, face):
     assert truth.x == pytest.approx(0.87, abs=0.03)
     assert truth.y == pytest.approx(0, abs=0.01)
     assert truth.yaw == pytest.approx(0, abs=0.02)
+
+
+def test_lidar_noise_is_standard_normal_and_drawn_anew_for_each_scan():
+    driven = Driven()
+    source = driven.station.GetSubsystemByName("lidar_noise")
+    context = source.GetMyContextFromRoot(driven.context)
+    scans = []
+    for _ in range(20):  # At 10 Hz.
+        driven.drive(0, 0, 0.1)
+        scans.append(source.get_output_port().Eval(context).copy())
+    noise = np.array(scans)
+    assert noise.shape == (20, 360)
+    assert all((a != b).all() for a, b in pairwise(scans))
+    # Of 7200 numbers: within four deviations of what is expected.
+    assert abs(noise.mean()) < 4 / 7200**0.5
+    assert noise.std() == pytest.approx(1, abs=4 / 14400**0.5)
+    # 4.55 % of them are beyond two standard deviations.
+    beyond = (np.abs(noise) > 2).mean()
+    assert beyond == pytest.approx(0.0455, abs=4 * (0.0455 / 7200) ** 0.5)

@@ -1,0 +1,164 @@
+"""A run checks what it is given anew, and keeps it as it was."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
+
+from drake_mobarm import build_diagram, load_scenario, run
+from drake_mobarm.exceptions import (
+    BlockError,
+    MobarmError,
+    ParameterError,
+    ScenarioError,
+)
+from drake_mobarm.job import Verdict
+
+OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "beacon=[2, 1]"]
+
+
+def blink():
+    return load_scenario("homing", [*OPEN, "time_limit=0.1"])
+
+
+def test_a_result_keeps_the_scenario_as_it_was_run():
+    scenario = blink()
+    result = run(scenario)
+    scenario.noise = 1
+    scenario.beacon[0] = 7.0
+    scenario.station.lidar.rays = 90
+    assert result.scenario == blink()
+
+
+def change(name, value):
+    def apply(scenario):
+        *owners, last = name.split(".")
+        for owner in owners:
+            scenario = getattr(scenario, owner)
+        setattr(scenario, last, value)
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "error", "words"),
+    [
+        ("estimator", "hybird", ParameterError, ["hybird", "hybrid, filter"]),
+        ("avoidance", "rulez", ParameterError, ["rulez", "none, rules"]),
+        ("time_limit", -3.0, ParameterError, ["time_limit", "-3"]),
+        ("time_limit", np.nan, ScenarioError, ["time_limit", "finite"]),
+        ("time_limt", 3, ScenarioError, ["unknown key time_limt"]),
+        ("station.lidar.rayz", 3, ScenarioError, ["station.lidar.rayz"]),
+        ("station.lidar", 3, ScenarioError, ["station.lidar"]),
+        ("station.lidar.rays", 8.5, ScenarioError, ["rays", "int"]),
+        ("station.base_drive.base.mass", -1.0, ParameterError, ["mass"]),
+        ("start", None, ScenarioError, ["start", "not a list"]),
+        ("start", [0.0, 0.0], ParameterError, ["start", "yaw"]),
+        ("world", "mars", MobarmError, ["mars", "small_house"]),
+    ],
+)
+@pytest.mark.parametrize("do", [run, build_diagram])
+def test_a_scenario_that_was_changed_is_checked_again(
+    do, name, value, error, words
+):
+    scenario = blink()
+    change(name, value)(scenario)
+    with pytest.raises(error) as caught:
+        do(scenario)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_a_place_that_was_changed_is_checked_again():
+    scenario = load_scenario("homing", ["time_limit=0.1"])
+    scenario.start = [-6.0, 2.0, 0.0]
+    with pytest.raises(ScenarioError, match="inside an obstacle"):
+        run(scenario)
+
+
+def test_arrays_are_as_good_as_lists():
+    scenario = blink()
+    scenario.start = np.zeros(3)
+    scenario.noise = np.int64(3)
+    assert run(scenario, np.int64(2)).scenario.start == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("seed", [-1, None, 0.5])
+def test_a_diagram_is_not_built_from_a_seed_that_is_none(seed):
+    with pytest.raises(ParameterError, match="seed"):
+        build_diagram(blink(), seed=seed)
+
+
+def test_a_judge_of_ones_own_replaces_the_jobs():
+    result = run(
+        blink(), judge=lambda scenario, trace, outputs: (True, "mine", {})
+    )
+    assert result.success
+    assert result.reason == "mine"
+    # It is shown as the job's runs are.
+    assert result.job.report.picture == "trajectory.png"
+
+
+def test_a_result_may_be_copied_pickled_and_printed():
+    result = run(blink(), record=True)
+    again = pickle.loads(pickle.dumps(result))
+    assert again.metrics.keys() == result.metrics.keys()
+    assert copy.deepcopy(result) != result  # A run equals no other.
+    assert len(repr(result)) < 5000
+
+
+def with_logs(*logs):
+    """A build function whose diagram has logs of names and periods."""
+
+    def build(scenario, *, seed, meshcat=None):
+        builder = DiagramBuilder()
+        source = builder.AddSystem(ConstantVectorSource([0.0]))
+        for name, period in logs:
+            log = LogVectorOutput(source.get_output_port(), builder, period)
+            log.set_name(name)
+        builder.ExportOutput(source.get_output_port(), "done")
+        return builder.Build()
+
+    return build
+
+
+def test_logs_of_diagrams_in_the_diagram_are_in_the_trace():
+    def build(scenario, *, seed, meshcat=None):
+        inner = with_logs(("trace.deep", 0.05))(scenario, seed=seed)
+        inner.set_name("inner")
+        builder = DiagramBuilder()
+        builder.AddSystem(inner)
+        builder.ExportOutput(inner.GetOutputPort("done"), "done")
+        return builder.Build()
+
+    trace = run(blink(), build=build).trace
+    assert trace["deep"].shape == (3, 1)
+    np.testing.assert_allclose(trace["t"], [0.0, 0.05, 0.1])
+
+
+def test_a_diagram_without_logs_has_an_empty_trace():
+    result = run(blink(), build=with_logs())
+    assert result.trace.keys() == {"t"}
+    assert result.to_frame().shape == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("logs", "words"),
+    [
+        ([("a", 0.05), ("b", 0.1)], "same times"),
+        ([("t", 0.05)], "log 't'"),
+        ([("trace.file", 0.05)], "log 'file'"),
+        ([("a", 0.05), ("trace.a", 0.05)], "log 'a'"),
+    ],
+)
+def test_logs_that_make_no_trace_are_refused(logs, words):
+    with pytest.raises(BlockError, match=words):
+        run(blink(), build=with_logs(*logs))
+
+
+def test_a_verdict_is_a_verdict():
+    result = run(blink(), judge=lambda *_: Verdict(False, "no", {"x": None}))
+    assert '"x": null' in result.summary()

@@ -24,7 +24,7 @@ from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.station.plant import (
     ROBOT,
     add_plant,
-    obstacle_contact_test,
+    obstacle_touch_test,
     select_joints,
 )
 from drake_mobarm.station.systems import ArmDriver, BaseDriver
@@ -100,7 +100,7 @@ def build_station(
     wiring.add(
         "ground_truth",
         lambda: GroundTruthMonitor(
-            obstacle_contact_test(plant), rate=1 / parameters.time_step
+            obstacle_touch_test(plant), rate=1 / parameters.time_step
         ),
     )
     wiring.add(

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from pydrake.common.value import AbstractValue
@@ -97,10 +96,10 @@ class GroundTruthMonitor(LeafSystem):
     """
 
     def __init__(
-        self, is_obstacle_contact: Callable[[Any], bool], rate: float
+        self, touches_obstacle: Callable[[ContactResults], bool], rate: float
     ) -> None:
         super().__init__()
-        self._is_obstacle_contact = is_obstacle_contact
+        self._touches_obstacle = touches_obstacle
         self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
         self._velocity = self.DeclareVectorInputPort(
             "base_velocity", size(BaseVelocity)
@@ -116,13 +115,8 @@ class GroundTruthMonitor(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(1 / rate, 0.0, self._update)
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
-        results = self._results.Eval(context)
-        contacts = map(
-            results.point_pair_contact_info,
-            range(results.num_point_pair_contacts()),
-        )
         touch = context.get_discrete_state_vector()
-        if any(map(self._is_obstacle_contact, contacts)):
+        if self._touches_obstacle(self._results.Eval(context)):
             time = context.get_time()
             is_new = time - touch[2] > _CONTACT_PAUSE
             state.set_value([1.0, touch[1] + is_new, time])
@@ -130,12 +124,12 @@ class GroundTruthMonitor(LeafSystem):
             state.set_value([0.0, touch[1], touch[2]])
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
-        touching, contacts, _ = context.get_discrete_state_vector().value()
+        touch = context.get_discrete_state_vector()
         output.SetFromVector(
             [
-                *self._pose.Eval(context),
-                *self._velocity.Eval(context),
-                touching,
-                contacts,
+                *self._pose.Eval(context).tolist(),
+                *self._velocity.Eval(context).tolist(),
+                touch[0],
+                touch[1],
             ]
         )

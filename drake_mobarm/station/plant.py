@@ -15,10 +15,10 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
     AddMultibodyPlant,
+    ContactResults,
     CoulombFriction,
     MultibodyPlant,
     MultibodyPlantConfig,
-    PointPairContactInfo,
 )
 from pydrake.systems.framework import DiagramBuilder
 
@@ -126,23 +126,29 @@ def select_joints(plant: MultibodyPlant, names: Sequence[str]) -> Array:
     return selection
 
 
-def obstacle_contact_test(
+def obstacle_touch_test(
     plant: MultibodyPlant,
-) -> Callable[[PointPairContactInfo], bool]:
+) -> Callable[[ContactResults], bool]:
     """Tells contacts of the robot with obstacles from all others."""
     robot = plant.GetModelInstanceByName(ROBOT)
-    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(robot)]
-    rolling = {int(b.index()) for b in bodies if b.name() in ROLLING_BODIES}
-    touchable = {int(b.index()) for b in bodies} - rolling
+    rolling = [False] * plant.num_bodies()
+    touchable = [False] * plant.num_bodies()
+    for index in plant.GetBodyIndices(robot):
+        rolling[index] = plant.get_body(index).name() in ROLLING_BODIES
+        touchable[index] = not rolling[index]
 
-    def is_obstacle_contact(contact: PointPairContactInfo) -> bool:
-        a = int(contact.bodyA_index())
-        if a in rolling:  # It meets nothing but the ground.
-            return False
-        b = int(contact.bodyB_index())
-        return b not in rolling and (a in touchable) != (b in touchable)
+    def touches_obstacle(results: ContactResults) -> bool:
+        contact = results.point_pair_contact_info
+        for number in range(results.num_point_pair_contacts()):
+            a = contact(number).bodyA_index()
+            if rolling[a]:
+                continue  # It meets nothing but the ground.
+            b = contact(number).bodyB_index()
+            if not rolling[b] and touchable[a] != touchable[b]:
+                return True
+        return False
 
-    return is_obstacle_contact
+    return touches_obstacle
 
 
 def _rolling_geometries(plant: MultibodyPlant) -> GeometrySet:

@@ -53,10 +53,11 @@ def desired_acceleration(
 ) -> list[float]:
     """Control input u = k_p e + k_d e' [rad/s^2] a joint, limited; (7.12)."""
     k_p, k_d = parameters.k_p, parameters.k_d
-    return [
-        min(max(k_p * e + k_d * rate, -most), most)
-        for e, rate, most in zip(error, error_rate, limit, strict=True)
-    ]
+    limited = []
+    for e, rate, most in zip(error, error_rate, limit, strict=True):
+        u = k_p * e + k_d * rate
+        limited.append(most if u > most else -most if u < -most else u)
+    return limited
 
 
 def limit_reference(
@@ -113,5 +114,7 @@ def limit_torque(
     ):
         if tau * v > 0:
             limit = max(limit * (1 - abs(v) / v_most), 0.0)
-        limited.append(min(max(tau, -limit), limit))
+        limited.append(
+            limit if tau > limit else -limit if tau < -limit else tau
+        )
     return limited

@@ -127,7 +127,7 @@ class ArmDriver(LeafSystem):
         )
         torque = limit_torque(
             model.inverse_dynamics(measured, u),
-            measured[6:].tolist(),
+            measured.tolist()[6:],
             model.stall_torque,
             self._parameters.no_load_speed,
         )

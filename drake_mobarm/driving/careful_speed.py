@@ -1,8 +1,7 @@
 """The speed at which a robot can stop before, and pass beside, what it sees."""
 
+import math
 from dataclasses import dataclass
-
-import numpy as np
 
 from drake_mobarm.checks import positive
 from drake_mobarm.driving.scan import Scan
@@ -52,8 +51,8 @@ def careful_speed(
         scan.free_length(angle, radius),
         scan.free_length(scan.yaw, radius) - _TURNING_RESERVE,
     )
-    stopping = np.sqrt(2 * parameters.deceleration * max(room, 0.0))
-    return min(float(stopping), _speed_beside(scan, radius, parameters))
+    stopping = math.sqrt(2 * parameters.deceleration * max(room, 0.0))
+    return min(stopping, _speed_beside(scan, radius, parameters))
 
 
 def _speed_beside(

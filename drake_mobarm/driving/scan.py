@@ -60,7 +60,7 @@ class Scan:
         returned = distances < range_max - _NO_RETURN
         angles = yaw + ray_angles(ranges.size)[returned]
         seen = distances[returned, None] * unit(angles)
-        points = np.vstack([seen, remembered - position])
+        points = np.concatenate([seen, remembered - position])
         return cls(position, yaw, range_max, seen, points)
 
     def free_length(self, angle: float, radius: float) -> float:

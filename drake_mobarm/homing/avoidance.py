@@ -185,7 +185,7 @@ def _remember(
         stay = Stay(position)
     else:
         stay = replace(state.stay, updates=state.stay.updates + 1)
-    is_new = bool(np.all(lengths(visited - position) > _VISITED_SPACING))
+    is_new = bool((lengths(visited - position) > _VISITED_SPACING).all())
     if is_new:
         visited = np.vstack([visited, position])[-_VISITED_PLACES:]
     if isinstance(mode, Seek):

@@ -67,5 +67,5 @@ def cheapest_gap(
         )
         # Seen end on, a thin wall seems as easily passed on its other side.
         cost += parameters.side_cost * (~same_side & (moved < _SAME_THING))
-    best = int(np.argmin(cost))
+    best = int(cost.argmin())
     return best, float(way[best])

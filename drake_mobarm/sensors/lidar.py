@@ -67,7 +67,7 @@ def cast_rays(
     b_x, b_y = ends[:, 0] - x, ends[:, 1] - y
     # Twice the area that a side spans with the sensor, negative from outside.
     cross = a_x * b_y - a_y * b_x
-    seen = np.flatnonzero(cross < 0)
+    (seen,) = (cross < 0).nonzero()
     a_x, a_y, b_x, b_y, cross = (v[seen] for v in (a_x, a_y, b_x, b_y, cross))
     step = 2 * np.pi / rays
     # Seen from outside, a side runs clockwise: b is its first ray.
@@ -77,8 +77,8 @@ def cast_rays(
     first = np.ceil(last - span - 1e-9).astype(int)
     count = np.floor(last + 1e-9).astype(int) - first + 1
     # One entry a side and ray: each side, its rays in order.
-    side = np.repeat(np.arange(len(seen)), count)
-    ray = np.arange(len(side)) + (first + count - np.cumsum(count))[side]
+    side = np.arange(len(seen)).repeat(count)
+    ray = np.arange(len(side)) + (first + count - count.cumsum())[side]
     ray %= rays
     angles = ray_angles(rays) + yaw
     across = (

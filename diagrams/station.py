@@ -91,16 +91,15 @@ def build_station(
             f"measured_{name}_state",
             ["robot_state"],
         )
-    wiring.add(
-        "base_truth",
-        lambda: BaseTruth(
-            plant.num_positions(robot), plant.num_multibody_states(robot)
-        ),
-    )
+    num_states = plant.num_multibody_states(robot)
+    wiring.add("base_truth", lambda: BaseTruth(num_states))
     wiring.add(
         "ground_truth",
         lambda: GroundTruthMonitor(
-            obstacle_touch_test(plant), rate=1 / parameters.time_step
+            plant.num_positions(robot),
+            num_states,
+            obstacle_touch_test(plant),
+            rate=1 / parameters.time_step,
         ),
     )
     wiring.add(

@@ -117,7 +117,7 @@ class Wiring:
         self.builder.AddNamedSystem(name, system)
         for index, signal in enumerate(reads):
             self.builder.Connect(
-                self._signals[signal], system.get_input_port(index)
+                self.signal(signal), system.get_input_port(index)
             )
         self.offer(gives, system.get_output_port())
 
@@ -134,7 +134,14 @@ class Wiring:
         self._signals[signal] = port
 
     def signal(self, name: str) -> OutputPort:
-        """The output that gives a signal."""
+        """The output that gives a signal.
+
+        Raises:
+            BlockError: there is none of this name.
+        """
+        if name not in self._signals:
+            valid = ", ".join(self._signals)
+            raise BlockError(f"no output gives {name!r}: valid are {valid}")
         return self._signals[name]
 
     def export(self, *signals: str, **renamed: str) -> None:
@@ -145,14 +152,12 @@ class Wiring:
             renamed: exported under other names: `done="arrived"`.
         """
         for name, signal in ({s: s for s in signals} | renamed).items():
-            self.builder.ExportOutput(self._signals[signal], name)
+            self.builder.ExportOutput(self.signal(signal), name)
 
     def log(self, *signals: str) -> None:
         """Logs signals for a run's trace."""
         for signal in signals:
-            log = LogVectorOutput(
-                self._signals[signal], self.builder, LOG_PERIOD
-            )
+            log = LogVectorOutput(self.signal(signal), self.builder, LOG_PERIOD)
             log.set_name(TRACE + signal)
 
     def add_visualizer(self, meshcat: Meshcat) -> None:
@@ -166,7 +171,7 @@ class Wiring:
         )
         self.builder.AddNamedSystem("visualizer", visualizer)
         self.builder.Connect(
-            self._signals["query_object"],
+            self.signal("query_object"),
             visualizer.query_object_input_port(),
         )
 

@@ -13,14 +13,14 @@ from pydrake.systems.framework import (
     LeafSystem,
 )
 
-from drake_mobarm.signals import BaseVelocity, GroundTruth, PlanarPose, size
+from drake_mobarm.signals import GroundTruth, PlanarPose, size
 
 # A touch counts as a new contact after so long without one [s].
 _CONTACT_PAUSE = 0.5
 
 
 class BaseTruth(LeafSystem):
-    """Reads the base's true planar motion off the plant's state.
+    """Reads the base's true pose off the plant's state, for the sensors.
 
     .. pydrake_system::
 
@@ -29,46 +29,33 @@ class BaseTruth(LeafSystem):
         - robot_state
         output_ports:
         - base_pose
-        - base_velocity
 
     - robot_state (n): positions and velocities of the robot's model, its
       floating base first (quaternion, position).
     - base_pose (3): PlanarPose in W.
-    - base_velocity (2): BaseVelocity in B.
 
     Direct feedthrough.
     """
 
-    def __init__(self, num_positions: int, num_states: int) -> None:
+    def __init__(self, num_states: int) -> None:
         super().__init__()
-        self._num_positions = num_positions
         self._state = self.DeclareVectorInputPort("robot_state", num_states)
         self.DeclareVectorOutputPort(
             "base_pose", size(PlanarPose), self._calc_pose
         )
-        self.DeclareVectorOutputPort(
-            "base_velocity", size(BaseVelocity), self._calc_velocity
-        )
 
     def _calc_pose(self, context: Context, output: BasicVector) -> None:
-        w, x, y, z, *rest = self._state.Eval(context).tolist()
-        output.SetFromVector([rest[0], rest[1], _yaw(w, x, y, z)])
-
-    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
-        state = self._state.Eval(context).tolist()
-        yaw = _yaw(*state[:4])
-        first = self._num_positions  # w_WB, then v_WB
-        w_z, v_x, v_y = state[first + 2 : first + 5]
-        forward = v_x * math.cos(yaw) + v_y * math.sin(yaw)
-        output.SetFromVector([forward, w_z])
+        output.SetFromVector(_pose(self._state.Eval(context).tolist()))
 
 
-def _yaw(w: float, x: float, y: float, z: float) -> float:
-    """Of a quaternion: not by a formula for those of length one only.
+def _pose(state: list[float]) -> tuple[float, float, float]:
+    """x, y [m] and yaw [rad] in W of a state that begins with a base's.
 
-    Drake lets the length wander.
+    Drake lets the quaternion's length wander: no formula for unit ones.
     """
-    return math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    w, x, y, z, p_x, p_y = state[:6]
+    yaw = math.atan2(2 * (w * z + x * y), w * w + x * x - y * y - z * z)
+    return p_x, p_y, yaw
 
 
 class GroundTruthMonitor(LeafSystem):
@@ -81,29 +68,37 @@ class GroundTruthMonitor(LeafSystem):
 
         name: GroundTruthMonitor
         input_ports:
-        - base_pose
-        - base_velocity
+        - robot_state
         - contact_results
         output_ports:
         - ground_truth
 
-    - base_pose (3): PlanarPose, true.
-    - base_velocity (2): BaseVelocity, true.
+    - robot_state (n): positions and velocities of the robot's model, its
+      floating base first (quaternion, position; w_WB, v_WB).
     - contact_results: the plant's.
     - ground_truth (7): GroundTruth.
 
     Direct feedthrough.
+
+    Args:
+        num_positions: of the robot's model.
+        num_states: of the robot's model.
+        touches_obstacle: tells of contact results whether the robot touches
+            an obstacle.
+        rate: looks at contacts a second [Hz].
     """
 
     def __init__(
-        self, touches_obstacle: Callable[[ContactResults], bool], rate: float
+        self,
+        num_positions: int,
+        num_states: int,
+        touches_obstacle: Callable[[ContactResults], bool],
+        rate: float,
     ) -> None:
         super().__init__()
+        self._num_positions = num_positions
         self._touches_obstacle = touches_obstacle
-        self._pose = self.DeclareVectorInputPort("base_pose", size(PlanarPose))
-        self._velocity = self.DeclareVectorInputPort(
-            "base_velocity", size(BaseVelocity)
-        )
+        self._state = self.DeclareVectorInputPort("robot_state", num_states)
         self._results = self.DeclareAbstractInputPort(
             "contact_results", AbstractValue.Make(ContactResults())
         )
@@ -124,12 +119,9 @@ class GroundTruthMonitor(LeafSystem):
             state.set_value([0.0, touch[1], touch[2]])
 
     def _calc_truth(self, context: Context, output: BasicVector) -> None:
+        state = self._state.Eval(context).tolist()
+        x, y, yaw = _pose(state)
+        w_z, v_x, v_y = state[self._num_positions + 2 : self._num_positions + 5]
+        forward = v_x * math.cos(yaw) + v_y * math.sin(yaw)
         touch = context.get_discrete_state_vector()
-        output.SetFromVector(
-            [
-                *self._pose.Eval(context).tolist(),
-                *self._velocity.Eval(context).tolist(),
-                touch[0],
-                touch[1],
-            ]
-        )
+        output.SetFromVector([x, y, yaw, forward, w_z, touch[0], touch[1]])

@@ -339,6 +339,14 @@ def test_an_input_reads_the_signal_of_its_name():
     assert links == {("sink", "source")}
 
 
+def test_a_signal_that_nothing_gives_is_named():
+    wiring = Wiring()
+    wiring.add("source", lambda: Ports(outputs={"a": 1}))
+    for use in (wiring.log, wiring.export, wiring.signal):
+        with pytest.raises(BlockError, match=r"no output gives 'b'.* a$"):
+            use("b")
+
+
 def test_two_readers_share_one_input_of_the_diagram():
     wiring = Wiring()
     for name in ("one", "two"):

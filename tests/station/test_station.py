@@ -268,7 +268,7 @@ def test_the_arm_ports_elements_are_named_by_its_joints():
 
 
 def test_the_true_pose_does_not_depend_on_the_quaternions_length():
-    system = BaseTruth(15, 29)
+    system = BaseTruth(29)
     context = system.CreateDefaultContext()
     turn = np.array([np.cos(0.6), 0.0, 0.0, np.sin(0.6)])
     for length in (0.9, 1.0, 1.1):

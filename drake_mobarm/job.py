@@ -146,7 +146,7 @@ class Table:
             of the success rate as `success_percent`.
         sample: what pictures need of a run beside its row: an array, kept to
             four digits after the point.
-        draw: draws the pictures, matplotlib Figures by file name, from the
+        draw: gives the pictures, matplotlib Figures by file name, of the
             rows of `trials.csv` and the samples.
     """
 
@@ -159,8 +159,7 @@ class Table:
     dissertation: Callable[[str], Mapping[str, float]]
     sample: Callable[[RunRecord], Array]
     draw: Callable[
-        [Sequence[dict[str, Any]], Sequence[Array]],
-        Mapping[str, Callable[[], Any]],
+        [Sequence[dict[str, Any]], Sequence[Array]], Mapping[str, Any]
     ]
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from drake_mobarm.drawing.floor_plan import draw_floor_plan
-from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE
+from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.geometry import Array
 from drake_mobarm.sensors.rssi import (
     BEACONS,
@@ -30,7 +30,7 @@ _METRICS = {
 
 def pictures(
     name: str, rows: Sequence[Row], paths: Sequence[Array]
-) -> dict[str, Callable[[], Figure]]:
+) -> dict[str, Figure]:
     """The pictures that go with a table, by file name.
 
     Args:
@@ -39,7 +39,7 @@ def pictures(
         paths: of each trial, (n, 5): time [s], robot's x and y, estimate's
             x and y [m].
     """
-    return {
+    draws: dict[str, dict[str, Callable[[], Figure]]] = {
         "2.3": {
             "calibration.png": draw_calibration,
             "trajectories.png": lambda: draw_open_trajectories(rows, paths),
@@ -52,7 +52,9 @@ def pictures(
             "by_distance.png": lambda: draw_by_distance(rows),
         },
         "tau": {"tau.png": lambda: draw_tau(rows)},
-    }[name]
+    }
+    with mpl.rc_context(STYLE):
+        return {file: draw() for file, draw in draws[name].items()}
 
 
 def draw_calibration() -> Figure:

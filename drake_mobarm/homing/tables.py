@@ -1,7 +1,7 @@
 """Tables 2.3 and 2.4, and the sweep that chose tau of (2.3)."""
 
 import functools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -211,7 +211,7 @@ def _reachable_floor() -> Array:
 
 def _draw(
     name: str, rows: Sequence[dict[str, Any]], paths: Sequence[Array]
-) -> Mapping[str, Callable[[], Any]]:
+) -> Mapping[str, Any]:
     # matplotlib is imported when a picture is made.
     from drake_mobarm.homing.table_pictures import pictures
 

@@ -88,8 +88,8 @@ def reproduce(
         (stage / "table.md").write_text(to_markdown(table, content))
         (stage / "trials.csv").write_text(to_csv(rows))
         samples = [np.array(outcome["sample"]) for outcome in outcomes]
-        for file, draw in table.draw(rows, samples).items():
-            draw().savefig(stage / file)
+        for file, figure in table.draw(rows, samples).items():
+            figure.savefig(stage / file)
     store.unlink()  # Done: another run is to start anew.
     return content
 

@@ -1,6 +1,6 @@
 """A lidar's scan as points around a robot, with how far it may go there."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
@@ -35,6 +35,10 @@ class Scan:
     range_max: float
     seen: Array
     points: Array
+    # Rules and careful speed ask for the same free lengths.
+    _known: dict[tuple[float, float], float] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
 
     @classmethod
     def from_ranges(
@@ -70,7 +74,10 @@ class Scan:
             angle: direction in W [rad].
             radius: of the disc [m].
         """
-        return free_length(angle, self.points, radius)
+        asked = angle, radius
+        if asked not in self._known:
+            self._known[asked] = free_length(angle, self.points, radius)
+        return self._known[asked]
 
     def clearance(self, radius: float, behind: float) -> float:
         """Distance from a disc at the centre to the nearest point seen [m].

@@ -55,7 +55,7 @@ class RunRecord:
         outputs: the diagram's outputs at the end, by name.
     """
 
-    scenario: Any
+    scenario: Any = field(repr=False)
     seed: int
     success: bool
     reason: str

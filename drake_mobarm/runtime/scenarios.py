@@ -163,7 +163,7 @@ def _find(name_or_path: str) -> Path:
 
 def _parse(path: Path) -> dict[str, Any]:
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        values = yaml.load(path.read_text(encoding="utf-8"), _OneKeyEach)
     except yaml.YAMLError as error:
         line = " ".join(str(error).split())
         raise ScenarioError(f"{path} does not parse: {line}") from error
@@ -172,6 +172,18 @@ def _parse(path: Path) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise ScenarioError(f"{path} does not hold keys and values")
     return values
+
+
+class _OneKeyEach(yaml.SafeLoader):
+    """Refuses a key that is given twice: YAML would take the last, silently."""
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        """The mapping of a node, each key once."""
+        keys = [self.construct_object(key, deep) for key, _ in node.value]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise yaml.YAMLError(f"key {key!r} is given twice")
+        return super().construct_mapping(node, deep)
 
 
 def _override(values: dict[str, Any], override: str) -> None:

@@ -166,8 +166,10 @@ def add_world(plant: MultibodyPlant, world: World) -> list[GeometryId]:
     """
     touchable = []
     body = plant.world_body()
-    for instance in world.geometries:
-        place = (instance.pose(), instance.shape(), instance.name())
+    for number, instance in enumerate(world.geometries):
+        # Names of a file need not be unique, nor other than ours.
+        name = f"{instance.name()} ({world.name} {number})"
+        place = (instance.pose(), instance.shape(), name)
         proximity = instance.proximity_properties()
         if proximity is not None:
             touchable.append(

@@ -194,6 +194,8 @@ def test_bad_values_of_a_placement_are_named(override, error, names):
     ("text", "names"),
     [
         ("start: [1, 2", ["parse"]),
+        ("noise: 1\nnoise: 2\n", ["'noise'", "twice"]),
+        ("hybrid: {tau: 1, tau: 2}\n", ["'tau'", "twice"]),
         ("- a\n- b\n", ["keys and values"]),
         ("", ["keys and values"]),
         ("world: empty\n", ["diagram", "homing"]),

@@ -5,7 +5,9 @@ import os
 import numpy as np
 import pytest
 
+from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.exceptions import MobarmError, WorldError
+from drake_mobarm.station import StationParameters
 from drake_mobarm.world.sdf import find_world, load_world, world_names
 
 BOX = "<box><size>2 4 6</size></box>"
@@ -276,3 +278,30 @@ def test_folder_and_file_of_another_kind_are_no_worlds(tmp_path):
 def test_world_error_is_a_value_error_of_this_library():
     assert issubclass(WorldError, ValueError)
     assert issubclass(WorldError, MobarmError)
+
+
+def test_names_of_a_file_need_be_neither_unique_nor_other_than_ours(tmp_path):
+    models = "".join(
+        f'<model name="{model}"><static>true</static><link name="l">'
+        f'<collision name="{name}"><pose>{x} 3 0.5 0 0 0</pose><geometry>'
+        "<box><size>1 1 1</size></box></geometry></collision></link></model>"
+        for model, name, x in (
+            ("a", "collision", 0),
+            ("b", "collision", 3),
+            ("c", "ground", 6),
+        )
+    )
+    file = tmp_path / "hall.sdf"
+    file.write_text(
+        f'<sdf version="1.9"><world name="w">{models}</world></sdf>'
+    )
+    world = load_world(str(file))
+    assert [o.name for o in world.obstacles] == [
+        "collision",
+        "collision",
+        "ground",
+    ]
+    station = build_station(world, [0, 0, 0], StationParameters())
+    inspector = station.GetSubsystemByName("scene_graph").model_inspector()
+    names = [inspector.GetName(i) for i in inspector.GetAllGeometryIds()]
+    assert sum("(hall " in name for name in names) == 3

@@ -198,7 +198,6 @@ class Job:
     scenario: type[Any]
     places: Callable[[Any], Sequence[Any]] = no_places
     judge: Callable[[Any, Trace, Mapping[str, Any]], Verdict] = judge_by_done
-
     module: Any = None
 
     def find(self, part: str, name: str) -> Any:

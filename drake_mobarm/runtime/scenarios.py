@@ -48,8 +48,12 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     for override in overrides:
         _override(values, override)
     _anchor(values, Path.cwd())
+    if "diagram" not in values:
+        raise ScenarioError(
+            f"{path}: diagram is missing: valid is {_valid_diagrams()}"
+        )
     try:
-        job = job_of_diagram(str(values.get("diagram")))
+        job = job_of_diagram(str(values["diagram"]))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
     scenario = from_values(job.scenario, values, name_or_path)
@@ -121,8 +125,7 @@ def job_of_diagram(diagram: str) -> Job:
         return load_own_diagram(Path(diagram))
     if diagram not in job_names():
         raise ScenarioError(
-            f"diagram is {diagram!r}: valid is {', '.join(job_names())}, or "
-            "the path of a .py file"
+            f"diagram is {diagram!r}: valid is {_valid_diagrams()}"
         )
     return find_job(diagram)
 
@@ -137,6 +140,10 @@ def dump_scenario(scenario: Any) -> str:
         {key: values[key] for key in ordered}, sort_keys=False
     )
     return text
+
+
+def _valid_diagrams() -> str:
+    return f"{', '.join(job_names())}, or the path of a .py file"
 
 
 def _shipped() -> dict[str, Path]:
@@ -191,7 +198,7 @@ def _override(values: dict[str, Any], override: str) -> None:
     if not separator or not name:
         raise ScenarioError(f"--set {override!r}: valid is key.path=value")
     try:
-        value = yaml.safe_load(text)
+        value = yaml.load(text, _OneKeyEach)
     except yaml.YAMLError as error:
         raise ScenarioError(
             f"--set {name}: {text!r} does not parse as YAML"

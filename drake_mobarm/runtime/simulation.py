@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -45,6 +44,9 @@ def build_diagram(
         blocks: systems that take the places of shipped blocks, by name.
 
     Raises:
+        ScenarioError: it is no scenario, or makes no sense.
+        ParameterError: the seed or a value of the scenario is not valid.
+        WorldError: the world cannot be used.
         BlockError: a block's ports do not fit, or its name is unknown.
     """
     job, seed = job_of(scenario), _check_seed(seed)
@@ -75,17 +77,20 @@ def run(
             `build(scenario, seed=..., meshcat=...)`, and with `blocks` where
             there are any. The diagram needs an output `done` (1) that ends
             the run; its VectorLogSinks give the trace.
-        judge: tells the verdict instead of the job's own judge. A diagram of
-            `build` succeeds by default when it is done.
+        judge: tells success and reason instead of the job's own judge, whose
+            metrics stay, beside those of this one. A diagram of `build`
+            succeeds by default when it is done.
         record: whether to keep an HTML recording.
         live: whether to show the run in a browser, at real time.
         on_progress: called with the simulated time [s] now and then.
         on_live: called with the address to open, once it is there.
 
     Raises:
-        ParameterError: the seed is not valid.
+        ScenarioError: it is no scenario, or makes no sense.
+        ParameterError: the seed or a value of the scenario is not valid.
+        WorldError: the world cannot be used.
         BlockError: a block's ports do not fit, or its name is unknown; or
-            the diagram has no output `done`.
+            the diagram has no output `done`, or logs that make no trace.
     """
     seed = _check_seed(seed)
     if build is None:
@@ -96,8 +101,6 @@ def run(
             scenario=type(scenario),
             module=SimpleNamespace(build=build),
         )
-    if judge is not None:
-        job = replace(job, judge=judge)
     scenario = checked_copy(scenario, job)
     meshcat = Meshcat() if record or live else None
     diagram = _build(job, scenario, seed, meshcat, blocks)
@@ -137,6 +140,10 @@ def run(
         )
     }
     verdict = Verdict(*job.judge(scenario, trace, outputs))
+    if judge is not None:
+        own = Verdict(*judge(scenario, trace, outputs))
+        # The job's report shows the job's metrics.
+        verdict = own._replace(metrics=verdict.metrics | own.metrics)
     return Result(
         scenario=scenario,
         seed=seed,

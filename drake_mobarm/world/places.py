@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drake_mobarm.exceptions import ScenarioError
+from drake_mobarm.geometry import Array
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.obstacles import clearance, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
@@ -37,7 +40,7 @@ def check_places(world: World, places: Sequence[Place]) -> None:
         ScenarioError: the robot would start inside an obstacle, or a place
             is inside an obstacle or outside the walls.
     """
-    footprint = outlines(world.obstacles, *HEIGHTS)
+    footprint, walls = _floor(world)
     for place in places:
         room = float(clearance(footprint, np.array(place.value[:2])))
         if room <= (RADIUS if place.robot else 0.0):
@@ -48,14 +51,27 @@ def check_places(world: World, places: Sequence[Place]) -> None:
                 f"{place.name} {list(place.value)} is inside an obstacle of "
                 f"{world.name}" + (needed if place.robot else "")
             )
-    # Walls are whatever closes off a room's worth of floor from outside.
-    grid = OccupancyGrid.from_outlines(footprint)
-    regions = grid.regions(0.0)
-    if np.sum(regions >= 2) * grid.cell**2 <= _ROOM_AREA:
+    if walls is None:
         return
+    grid, regions = walls
     for place in places:
         if regions[grid.index(np.array(place.value[:2]))] == 1:
             raise ScenarioError(
                 f"{place.name} {list(place.value[:2])} is outside the walls "
                 f"of {world.name}"
             )
+
+
+@lru_cache(maxsize=16)
+def _floor(
+    world: World,
+) -> tuple[list[Array], tuple[OccupancyGrid, NDArray[np.int_]] | None]:
+    """A world's outlines, and its regions where walls close some off.
+
+    Walls are whatever closes off a room's worth of floor from outside.
+    """
+    footprint = outlines(world.obstacles, *HEIGHTS)
+    grid = OccupancyGrid.from_outlines(footprint)
+    regions = grid.regions(0.0)
+    closed_off = np.sum(regions >= 2) * grid.cell**2
+    return footprint, (grid, regions) if closed_off > _ROOM_AREA else None

@@ -7,9 +7,11 @@ from typing import Any
 from drake_mobarm.world.obstacles import Obstacle
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class World:
     """A building: its name, its SDF file, and what stands in it.
+
+    A world equals itself only.
 
     Attributes:
         name: of the file.

@@ -57,7 +57,9 @@ WITH_COMMANDS = [page for page in PAGES if commands(page)]
 
 
 @pytest.mark.parametrize("page", WITH_PYTHON, ids=lambda page: page.name)
-def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
+def test_the_python_of_a_page_runs_and_its_robots_succeed(
+    page, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     mpl.use("Agg")
     write_files(page, tmp_path)
@@ -65,6 +67,8 @@ def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
     for language, text in blocks(page):
         if language == "python" and file_of(text) is None:
             exec(compile(text, page.name, "exec"), names)
+            if "result = run(" in text:
+                assert names["result"].success, names["result"].reason
 
 
 @pytest.mark.parametrize("page", WITH_COMMANDS, ids=lambda page: page.name)

@@ -92,14 +92,17 @@ def test_a_diagram_is_not_built_from_a_seed_that_is_none(seed):
         build_diagram(blink(), seed=seed)
 
 
-def test_a_judge_of_ones_own_replaces_the_jobs():
+def test_a_judge_of_ones_own_replaces_the_jobs(tmp_path):
     result = run(
-        blink(), judge=lambda scenario, trace, outputs: (True, "mine", {})
+        blink(),
+        judge=lambda scenario, trace, outputs: (True, "mine", {"mine": 1.0}),
     )
     assert result.success
     assert result.reason == "mine"
-    # It is shown as the job's runs are.
-    assert result.job.report.picture == "trajectory.png"
+    # The job's metrics stay, so that it is shown as the job's runs are.
+    assert result.metrics == run(blink()).metrics | {"mine": 1.0}
+    assert result.describe().startswith("success: mine\n  time ")
+    assert result.save(tmp_path).name == "trajectory.png"
 
 
 def test_a_result_may_be_copied_pickled_and_printed():

@@ -122,6 +122,7 @@ def test_an_edited_diagram_of_ones_own_is_loaded_anew(tmp_path):
         ("hybrid=3", ScenarioError, ["hybrid"]),
         ("noise", ScenarioError, ["noise", "key.path=value"]),
         ("noise=[", ScenarioError, ["noise", "parse"]),
+        ("hybrid={tau: 1, tau: 2}", ScenarioError, ["hybrid", "parse"]),
         ("noise.a=3", ScenarioError, ["noise"]),
     ],
 )
@@ -198,7 +199,7 @@ def test_bad_values_of_a_placement_are_named(override, error, names):
         ("hybrid: {tau: 1, tau: 2}\n", ["'tau'", "twice"]),
         ("- a\n- b\n", ["keys and values"]),
         ("", ["keys and values"]),
-        ("world: empty\n", ["diagram", "homing"]),
+        ("world: empty\n", ["diagram is missing", "homing"]),
     ],
 )
 def test_a_file_that_is_no_scenario_is_refused(tmp_path, text, names):

@@ -5,11 +5,15 @@ from collections.abc import Mapping
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
-from pydrake.systems.primitives import ConstantVectorSource
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    MatrixGain,
+    Multiplexer,
+)
 
 from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
-from drake_mobarm.driving.systems import WaypointController
+from drake_mobarm.driving.systems import MapAvoidance, WaypointController
 from drake_mobarm.homing.filter import FilterEstimator
 from drake_mobarm.homing.hybrid import HybridEstimator
 from drake_mobarm.homing.job import HomingParameters, HomingScenario
@@ -58,8 +62,8 @@ def build_job(
         `beacon_reading` (BeaconReading) and, where the avoidance reads them,
         `measured_base_velocity` (BaseVelocity) and `lidar_ranges` (rays), and
         the outputs `estimated_target` (TargetEstimate), `waypoint`
-        (Waypoint), `commanded_base_velocity` (BaseVelocity) and `arrived`
-        (1).
+        (Waypoint), `commanded_base_velocity` (BaseVelocity), `arrived` (1)
+        and `given_up` (GivenUp).
 
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
@@ -83,6 +87,8 @@ def build_job(
     def make_avoidance() -> System:
         if parameters.avoidance == "none":
             return StraightToTarget()
+        if parameters.avoidance == "map":
+            return MapAvoidance(parameters.map, station.lidar, PROCESSING_DELAY)
         return ObstacleAvoidance(
             parameters.rules, station.lidar, PROCESSING_DELAY
         )
@@ -92,14 +98,24 @@ def build_job(
         make_estimator,
         {"arrived": 1} | sizes("estimated_target"),
     )
-    wiring.add("avoidance", make_avoidance, sizes("waypoint"))
+    avoidance = wiring.add("avoidance", make_avoidance, sizes("waypoint"))
+    if avoidance.HasOutputPort("given_up"):
+        wiring.offer("given_up", avoidance.GetOutputPort("given_up"))
+    else:
+        wiring.add_primitive(
+            "never_gives_up", ConstantVectorSource(np.zeros(3)), "given_up"
+        )
     wiring.add(
         "controller",
         lambda: WaypointController(parameters.controller),
         sizes("commanded_base_velocity"),
     )
     wiring.export(
-        "estimated_target", "waypoint", "commanded_base_velocity", "arrived"
+        "estimated_target",
+        "waypoint",
+        "commanded_base_velocity",
+        "arrived",
+        "given_up",
     )
     return wiring.build(
         "homing",
@@ -128,8 +144,9 @@ def build(
             station's blocks.
 
     Returns:
-        A diagram with the output `done` (1), which ends a run, and a
-        VectorLogSink for each signal of its trace.
+        A diagram with the outputs `done` (1), which ends a run, `arrived` (1)
+        and `given_up` (GivenUp), and a VectorLogSink for each signal of its
+        trace.
 
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
@@ -168,7 +185,13 @@ def build(
         ConstantVectorSource([*scenario.station.stowed, *np.zeros(6)]),
         "desired_arm_state",
     )
-    wiring.export(done="arrived")
+    wiring.add_primitive(
+        "endings", Multiplexer([1, 3]), "endings", ["arrived", "given_up"]
+    )
+    wiring.add_primitive(
+        "ending", MatrixGain([[1.0, 1.0, 0.0, 0.0]]), "done", ["endings"]
+    )
+    wiring.export("done", "arrived", "given_up")
     wiring.log(
         "ground_truth",
         "measured_base_pose",

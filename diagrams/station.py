@@ -17,10 +17,15 @@ from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.shape import ANTENNA_POSITION, LIDAR_HEIGHT
 from drake_mobarm.sensors.beacon import Beacon
-from drake_mobarm.sensors.systems import BeaconSensor, Lidar, Odometry
+from drake_mobarm.sensors.systems import (
+    BeaconSensor,
+    Lidar,
+    Odometry,
+    ScanMatching,
+)
 from drake_mobarm.signals import sizes
 from drake_mobarm.station.ground_truth import BaseTruth, GroundTruthMonitor
-from drake_mobarm.station.parameters import StationParameters
+from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.station.plant import (
     ROBOT,
     add_plant,
@@ -31,8 +36,16 @@ from drake_mobarm.station.systems import ArmDriver, BaseDriver
 from drake_mobarm.world.obstacles import outlines, outlines_to_segments
 from drake_mobarm.world.world import World
 
-STATION_BLOCKS = ("odometry", "lidar", "beacon", "base_driver", "arm_driver")
-"""The station's blocks that a user may exchange."""
+STATION_BLOCKS = (
+    "odometry",
+    "localization",
+    "lidar",
+    "beacon",
+    "base_driver",
+    "arm_driver",
+)
+"""The station's blocks that a user may exchange; "localization" is there with
+scan matching."""
 
 _ODOMETRY_RATE = 100.0  # Samples of the wheels' encoders a second [Hz].
 
@@ -114,6 +127,15 @@ def build_station(
     wiring.add(
         "lidar", lambda: Lidar(lidar, *sides), {"lidar_ranges": lidar.rays}
     )
+    if parameters.localization == "scan_matching":
+        wiring.rename("measured_base_pose", "odometry_pose")
+        wiring.add(
+            "localization",
+            lambda: ScanMatching(
+                parameters.scan_matching, lidar, PROCESSING_DELAY / 2
+            ),
+            sizes("measured_base_pose"),
+        )
     if beacon is not None:
         wiring.add(
             "beacon",

@@ -133,6 +133,16 @@ class Wiring:
             )
         self._signals[signal] = port
 
+    def rename(self, signal: str, name: str) -> None:
+        """Gives a signal another name, so that a block can refine it.
+
+        Raises:
+            BlockError: there is no such signal, or the name is another's.
+        """
+        port = self.signal(signal)
+        del self._signals[signal]
+        self.offer(name, port)
+
     def signal(self, name: str) -> OutputPort:
         """The output that gives a signal.
 

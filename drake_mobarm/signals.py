@@ -43,6 +43,10 @@ Waypoint = namedview("Waypoint", ["x", "y", "speed_limit"])
 """Where to drive next, p_WQ [m, m], and how fast at most [m/s]; a negative
 limit means: straight backwards. NaN for x and y: turn on the spot."""
 
+GivenUp = namedview("GivenUp", ["given_up", "x", "y"])
+"""1 once a robot sees no way on, and where the way is shut [m, m] (0 and 0
+before)."""
+
 BestStand = namedview(
     "BestStand",
     [
@@ -73,6 +77,7 @@ SIGNALS = {
     "beacon_reading": BeaconReading,
     "estimated_target": TargetEstimate,
     "waypoint": Waypoint,
+    "given_up": GivenUp,
     "best_stand": BestStand,
     "ground_truth": GroundTruth,
 }

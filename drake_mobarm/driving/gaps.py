@@ -145,6 +145,30 @@ def free_along(
     return first
 
 
+def clearance_ahead(ends: Array, points: Array) -> Array:
+    """The distance of straight ways from the robot to the points ahead.
+
+    Args:
+        ends: of the ways [m], (k, 2).
+        points: obstacle points [m], (n, 2). One that lies behind the start of
+            a way does not count: the robot leaves it.
+
+    Returns:
+        Distances [m], (k,), infinite where nothing is ahead.
+    """
+    if not points.size:
+        return np.full(len(ends), np.inf)
+    distance = np.maximum(np.hypot(ends[:, 0], ends[:, 1]), 1e-9)
+    along_unit = ends / distance[:, None]
+    along = along_unit @ points.T
+    across = along_unit @ np.array([[0.0, 1.0], [-1.0, 0.0]]) @ points.T
+    beyond = np.maximum(along - distance[:, None], 0.0)
+    nearest: Array = np.where(along > 0, np.hypot(across, beyond), np.inf).min(
+        axis=1
+    )
+    return nearest
+
+
 def find_gaps(angles: Array, free: Array, jump: float, past: float) -> Gaps:
     """Finds where the free length jumps from one direction to the next.
 

@@ -1,11 +1,25 @@
-"""Driving as a LeafSystem: the controller that follows a waypoint."""
+"""Driving as LeafSystems: the way over a map, and to a waypoint."""
 
 import math
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_mobarm.driving import map_avoidance
+from drake_mobarm.driving.map_avoidance_state import (
+    MapAvoidanceParameters,
+    initial_state,
+)
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
-from drake_mobarm.signals import BaseVelocity, PlanarPose, Waypoint, size
+from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.signals import (
+    BaseVelocity,
+    PlanarPose,
+    TargetEstimate,
+    Waypoint,
+    size,
+)
 
 
 class WaypointController(LeafSystem):
@@ -64,3 +78,78 @@ class WaypointController(LeafSystem):
             self._parameters,
             speed_limit,
         )
+
+
+class MapAvoidance(LeafSystem):
+    """Leads around obstacles to the target, by a map of what was seen.
+
+    .. pydrake_system::
+
+        name: MapAvoidance
+        input_ports:
+        - measured_base_pose
+        - estimated_target
+        - lidar_ranges
+        output_ports:
+        - waypoint
+        - given_up
+
+    - measured_base_pose (3): PlanarPose in W.
+    - estimated_target (3): TargetEstimate in W.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - waypoint (3): Waypoint in W.
+    - given_up (3): GivenUp, with the place of what shuts the way.
+
+    No direct feedthrough.
+
+    Args:
+        parameters: how to drive.
+        lidar: whose ranges these are.
+        delay: after the lidar's samples [s].
+    """
+
+    def __init__(
+        self,
+        parameters: MapAvoidanceParameters,
+        lidar: LidarParameters,
+        delay: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._range_max, self._period = lidar.range_max, 1 / lidar.rate
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
+        self._memory = self.DeclareAbstractState(Value(initial_state()))
+        self._waypoint = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
+        self._given_up = self.DeclareDiscreteState(3)
+        self.DeclareStateOutputPort("waypoint", self._waypoint)
+        self.DeclareStateOutputPort("given_up", self._given_up)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / lidar.rate, delay, self._update
+        )
+
+    def _update(self, context: Context, state: State) -> None:
+        target = TargetEstimate(self._target.Eval(context))
+        if target.known < 0.5:
+            return
+        memory = map_avoidance.update(
+            context.get_abstract_state(int(self._memory)).get_value(),
+            self._pose.Eval(context),
+            target[:2],
+            self._ranges.Eval(context),
+            self._range_max,
+            self._period,
+            self._parameters,
+        )
+        state.get_mutable_abstract_state(int(self._memory)).set_value(memory)
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(
+            self._waypoint, [*memory.waypoint, memory.speed_limit]
+        )
+        if memory.shut is not None:
+            discrete.set_value(self._given_up, [1.0, *memory.shut])

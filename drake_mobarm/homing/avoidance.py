@@ -17,7 +17,7 @@ state    when                                         then     rule
 ======== ============================================ ======== ======
 any      no target, or most rays are missing          the same wait
 any      the robot stalls: it touches what is unseen  see (1)  back
-any      it is boxed in: `boxed_updates` at one place seek (2)
+any      it is boxed in: `boxed_time` at one place    seek (2)
 not      the corridor to the target is free           seek     target
 follow
 leave    the exit is not reached and the way is free  leave    leave
@@ -31,7 +31,7 @@ seek     otherwise                                    follow   follow
 follow   always                                       follow   follow
 ======== ============================================ ======== ======
 
-(1) Seek after leave, or else the same. Rule "back" holds for `back_updates`;
+(1) Seek after leave, or else the same. Rule "back" holds for `back_time`;
 where something is seen behind the robot, rule "wait" ends it.
 (2) The robot tries the other one of its two margins, as narrower gaps may let
 it pass, and forgets the unseen things that it touched.
@@ -41,6 +41,9 @@ it has ever been, by `gain`, which doubles each time it comes back to the same
 boundary: as every departure gains, there are only finitely many. On a boundary
 the robot turns back once, after `first_leg`. Where it meets a boundary at the
 place of the last meeting, it takes the other side.
+
+A robot that has met no new ground for `give_up_time` goes round and round: it
+has given up.
 """
 
 from collections.abc import Iterable
@@ -51,6 +54,7 @@ from numpy.typing import ArrayLike
 
 from drake_mobarm.driving.gaps import Gaps, find_gaps, unit
 from drake_mobarm.driving.scan import length, lengths
+from drake_mobarm.driving.touch import ROUNDING, has_stalled
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.homing.avoidance_state import (
     AvoidanceParameters,
@@ -73,7 +77,6 @@ from drake_mobarm.homing.gap_choice import cheapest_gap
 from drake_mobarm.homing.recovery import (
     back_off,
     count_standing,
-    has_stalled,
     start_backing_off,
 )
 from drake_mobarm.homing.situation import (
@@ -91,6 +94,7 @@ __all__ = [
     "Follow",
     "Leave",
     "Seek",
+    "has_given_up",
     "initial_state",
     "update",
 ]
@@ -122,6 +126,7 @@ def update(
     ranges: ArrayLike,
     velocity: Iterable[float],
     range_max: float,
+    period: float,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     """Applies the rules to one scan.
@@ -133,6 +138,7 @@ def update(
         ranges: [m], (rays,), in the order of `ray_angles`; NaN where missing.
         velocity: measured speed [m/s] and turn rate [rad/s], (2,).
         range_max: the lidar's longest range [m], which means "no return".
+        period: from one scan to the next [s].
         parameters: of the rules.
 
     Returns:
@@ -145,18 +151,25 @@ def update(
     missing = np.count_nonzero(np.isnan(scanned)) / scanned.size
     if not np.isfinite(estimate).all() or missing > _MISSING_RAYS:
         return _wait(state, position, yaw)
-    state = _remember(state, position, estimate, parameters)
+    state = _remember(state, position, estimate, period, parameters)
     situation = look(state, position, yaw, scanned, range_max, parameters)
-    state = count_standing(state, situation, velocity, parameters)
-    if has_stalled(state, parameters):
+    state = count_standing(state, situation, velocity, period, parameters)
+    if has_stalled(state.recovery, parameters.touch):
         state = start_backing_off(state, situation, parameters)
-    if state.recovery.backing > 0:
-        return back_off(state, situation, parameters)
+    if state.recovery.backs_off:
+        return back_off(state, situation, period, parameters)
     assert state.stay is not None
-    if state.stay.updates > parameters.boxed_updates:
-        stay = replace(state.stay, updates=0)
+    if state.stay.time > parameters.boxed_time + ROUNDING:
+        stay = replace(state.stay, time=0.0)
         state = _start_again(replace(state, stay=stay))
     return _choose_way(state, situation, parameters)
+
+
+def has_given_up(
+    state: AvoidanceState, parameters: AvoidanceParameters
+) -> bool:
+    """Whether the robot goes round and round."""
+    return state.no_new_ground > parameters.give_up_time + ROUNDING
 
 
 def _wait(state: AvoidanceState, position: Array, yaw: float) -> AvoidanceState:
@@ -166,7 +179,7 @@ def _wait(state: AvoidanceState, position: Array, yaw: float) -> AvoidanceState:
         rule="wait",
         waypoint=position + unit(yaw),  # Straight ahead: no turning.
         speed_limit=0.0,
-        recovery=replace(state.recovery, standing=0),
+        recovery=replace(state.recovery, standing=0.0),
     )
 
 
@@ -174,26 +187,35 @@ def _remember(
     state: AvoidanceState,
     position: Array,
     estimate: Array,
+    period: float,
     parameters: AvoidanceParameters,
 ) -> AvoidanceState:
     """Takes in where the robot is and where the target is estimated."""
     target, visited, mode = estimate, state.visited, state.mode
     if state.target is not None:
         step = estimate - state.target
-        target = state.target + parameters.smoothing * step
+        share = min(period / parameters.smoothing_time, 1.0)
+        target = state.target + share * step
     if state.stay is None or length(position - state.stay.place) > _ONE_PLACE:
         stay = Stay(position)
     else:
-        stay = replace(state.stay, updates=state.stay.updates + 1)
+        stay = replace(state.stay, time=state.stay.time + period)
     is_new = bool((lengths(visited - position) > _VISITED_SPACING).all())
     if is_new:
         visited = np.vstack([visited, position])[-_VISITED_PLACES:]
     if isinstance(mode, Seek):
-        mode = replace(mode, idle=0 if is_new else mode.idle + 1)
+        mode = replace(mode, idle=0.0 if is_new else mode.idle + period)
     elif isinstance(mode, Follow):
         followed = mode.followed + length(position - mode.position)
         mode = replace(mode, position=position, followed=followed)
-    return replace(state, mode=mode, target=target, visited=visited, stay=stay)
+    return replace(
+        state,
+        mode=mode,
+        target=target,
+        visited=visited,
+        no_new_ground=0.0 if is_new else state.no_new_ground + period,
+        stay=stay,
+    )
 
 
 def _start_again(state: AvoidanceState) -> AvoidanceState:
@@ -236,8 +258,8 @@ def _choose_way(
         return _meet_boundary(state, 1, situation, around, parameters)
     best, way = cheapest_gap(gaps, mode.gap, situation, parameters)
     if way < mode.shortest_way - _SHORTER_WAY:
-        mode = replace(mode, shortest_way=way, idle=0)
-    if mode.idle > parameters.patience:
+        mode = replace(mode, shortest_way=way, idle=0.0)
+    if mode.idle > parameters.patience + ROUNDING:
         left = wrap_angle(gaps.angles[best] - situation.bearing) > 0
         return _meet_boundary(
             state, 1 if left else -1, situation, around, parameters

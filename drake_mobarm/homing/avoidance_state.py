@@ -4,8 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from drake_mobarm.checks import positive, require, within
+from drake_mobarm.checks import positive, require
 from drake_mobarm.driving.careful_speed import CareParameters
+from drake_mobarm.driving.touch import Recovery, TouchParameters
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.robot.shape import RADIUS
@@ -35,20 +36,20 @@ class AvoidanceParameters:
         slack_cost: of a way that bends away from the thing it passes [m].
         side_cost: of passing a thing on the other side than before [m].
         turn_cost: of turning towards a gap [m/rad].
-        smoothing: share of a new target estimate that is taken at once [-],
-            up to 1.
-        patience: updates without a gain until a boundary is followed [-].
-        boxed_updates: updates at one place until the robot counts as boxed
-            in [-].
+        smoothing_time: in which the target's estimate is followed [s].
+        patience: time without a gain until a boundary is followed [s].
+        boxed_time: at one place until the robot counts as boxed in [s].
+        give_up_time: without new ground until the robot gives up: it goes
+            round and round [s].
         gain: by how much nearer to the target than ever before a boundary is
             left for [m].
         lookahead: free length that counts as open along a boundary [m].
         first_leg: way along a boundary until the robot turns back [m].
         stall_speed: measured speed below which the robot stands [m/s].
         stall_turn_rate: measured turn rate above which it turns [rad/s].
-        stall_updates: updates of standing that make a stall [-].
+        stall_time: of standing that makes a stall [s].
         back_speed: of backing off [m/s].
-        back_updates: updates of backing off [-].
+        back_time: of backing off [s].
     """
 
     radius: float = RADIUS
@@ -64,21 +65,21 @@ class AvoidanceParameters:
     slack_cost: float = 3.0
     side_cost: float = 2.0
     turn_cost: float = 0.4
-    smoothing: float = 0.1
-    patience: int = 50
-    boxed_updates: int = 150
+    smoothing_time: float = 1.0
+    patience: float = 5.0
+    boxed_time: float = 15.0
+    give_up_time: float = 40.0
     gain: float = 0.3
     lookahead: float = 0.4
     first_leg: float = 10.0
     stall_speed: float = 0.03
     stall_turn_rate: float = 0.1
-    stall_updates: int = 5
+    stall_time: float = 0.5
     back_speed: float = 0.2
-    back_updates: int = 12
+    back_time: float = 1.2
 
     def __post_init__(self) -> None:
         positive(self, *vars(self))
-        within(self, "(0, 1]", "smoothing")
         require(
             self.tight_margin <= self.margin,
             "tight_margin",
@@ -94,6 +95,17 @@ class AvoidanceParameters:
             deceleration=self.deceleration,
             care_speed=self.care_speed,
             care_distance=self.care_distance,
+        )
+
+    @property
+    def touch(self) -> TouchParameters:
+        """Those of touching what is unseen."""
+        return TouchParameters(
+            stall_speed=self.stall_speed,
+            stall_turn_rate=self.stall_turn_rate,
+            stall_time=self.stall_time,
+            back_speed=self.back_speed,
+            back_time=self.back_time,
         )
 
 
@@ -123,13 +135,13 @@ class Seek:
         gap: the gap headed for; None while heading for the target itself.
         shortest_way: to the target, of all found since the last boundary or
             since the target's corridor was free [m].
-        idle: updates without a gain [-]. New ground and a shorter way are
+        idle: time without a gain [s]. New ground and a shorter way are
             gains.
     """
 
     gap: ChosenGap | None = None
     shortest_way: float = np.inf
-    idle: int = 0
+    idle: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,31 +192,17 @@ class Meeting:
     repeats: int = 0
 
 
-@dataclass(frozen=True)
-class Recovery:
-    """Recovery from touching something that the lidar does not see.
-
-    Attributes:
-        standing: updates for which the robot was to move and stood [-]; it
-            falls by one with each update that moves.
-        backing: updates of backing off that are left [-].
-    """
-
-    standing: int = 0
-    backing: int = 0
-
-
 @dataclass(frozen=True, eq=False)
 class Stay:
     """How long the robot has been at one place.
 
     Attributes:
         place: p_WB at the first update there [m], (2,).
-        updates: since then [-].
+        time: since then [s].
     """
 
     place: Array
-    updates: int = 0
+    time: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,6 +219,7 @@ class AvoidanceState(Immutable):
         meeting: with the last boundary; None before the first.
         target: p_WT, the smoothed estimate [m], (2,).
         visited: p_WB of places visited [m], (n, 2).
+        no_new_ground: time since the last of them [s].
         touched: p_WP of unseen things that were touched [m], (n, 2).
         tight: whether the clearance kept is `tight_margin`.
     """
@@ -234,6 +233,7 @@ class AvoidanceState(Immutable):
     meeting: Meeting | None = None
     target: Array | None = None
     visited: Array = field(default_factory=no_points)
+    no_new_ground: float = 0.0
     touched: Array = field(default_factory=no_points)
     tight: bool = False
 

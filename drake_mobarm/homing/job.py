@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from drake_mobarm.checks import finite_numbers, one_of, within
+from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
 from drake_mobarm.driving.waypoint import ControllerParameters
 from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.filter import FilterParameters
@@ -16,7 +17,7 @@ from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.world.places import Place
 
 ESTIMATORS = ("hybrid", "filter")
-AVOIDANCES = ("none", "rules")
+AVOIDANCES = ("none", "rules", "map")
 
 
 @dataclass(kw_only=True)
@@ -25,18 +26,20 @@ class HomingParameters:
 
     Attributes:
         estimator: `hybrid` (the dissertation's) or `filter` (ours).
-        avoidance: `rules`, or `none` to drive straight at the estimate.
+        avoidance: `map`, `rules`, or `none` to drive straight at the estimate.
         hybrid: parameters of that estimator.
         filter: parameters of that estimator.
-        rules: parameters of the obstacle avoidance.
+        rules: parameters of the obstacle avoidance by rules.
+        map: parameters of that by a map.
         controller: parameters of the proportional controller.
     """
 
     estimator: str = "filter"
-    avoidance: str = "rules"
+    avoidance: str = "map"
     hybrid: HybridParameters = field(default_factory=HybridParameters)
     filter: FilterParameters = field(default_factory=FilterParameters)
     rules: AvoidanceParameters = field(default_factory=AvoidanceParameters)
+    map: MapAvoidanceParameters = field(default_factory=MapAvoidanceParameters)
     controller: ControllerParameters = field(
         default_factory=ControllerParameters
     )
@@ -91,8 +94,11 @@ def _judge(
     scenario: HomingScenario, trace: Trace, outputs: Mapping[str, Any]
 ) -> Verdict:
     metrics = homing_metrics(trace, scenario.beacon)
-    arrived = bool(outputs["done"][0] > 0.5)
-    return Verdict(*judge(metrics, arrived, scenario.time_limit), metrics)
+    arrived = bool(outputs["arrived"][0] > 0.5)
+    given_up, x, y = outputs["given_up"]
+    shut = (x, y) if given_up > 0.5 else None
+    verdict = judge(metrics, arrived, scenario.time_limit, shut)
+    return Verdict(*verdict, metrics)
 
 
 JOB = Job(name="homing", scenario=HomingScenario, places=_places, judge=_judge)

@@ -47,10 +47,23 @@ def homing_metrics(
 
 
 def judge(
-    metrics: Mapping[str, float], arrived: bool, time_limit: float
+    metrics: Mapping[str, float],
+    arrived: bool,
+    time_limit: float,
+    shut: tuple[float, float] | None = None,
 ) -> tuple[bool, str]:
-    """Whether the robot did its job, and why or why not."""
+    """Whether the robot did its job, and why or why not.
+
+    Args:
+        metrics: of the run.
+        arrived: whether it ended by itself at the target.
+        time_limit: of the run [s].
+        shut: where the robot found no way on and gave up [m], if it did.
+    """
     error = metrics["final_position_error_m"]
+    if not arrived and shut is not None:
+        x, y = shut
+        return False, f"gave up: no way on was found at [{x:.2f}, {y:.2f}]"
     if not arrived:
         return False, f"time limit of {time_limit:g} s reached"
     if not error < SUCCESS_DISTANCE:

@@ -184,12 +184,15 @@ class ObstacleAvoidance(LeafSystem):
         - lidar_ranges
         output_ports:
         - waypoint
+        - given_up
 
     - measured_base_pose (3): PlanarPose in W.
     - measured_base_velocity (2): BaseVelocity in B.
     - estimated_target (3): TargetEstimate in W.
     - lidar_ranges (rays): [m], as `ray_angles` orders them.
     - waypoint (3): Waypoint in W.
+    - given_up (3): GivenUp, with the robot's place, where it goes round and
+      round.
 
     No direct feedthrough.
 
@@ -207,7 +210,7 @@ class ObstacleAvoidance(LeafSystem):
     ) -> None:
         super().__init__()
         self._parameters = parameters
-        self._range_max = lidar.range_max
+        self._range_max, self._period = lidar.range_max, 1 / lidar.rate
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
@@ -222,7 +225,9 @@ class ObstacleAvoidance(LeafSystem):
             Value(avoidance.initial_state())
         )
         self._waypoint = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
+        self._given_up = self.DeclareDiscreteState(3)
         self.DeclareStateOutputPort("waypoint", self._waypoint)
+        self.DeclareStateOutputPort("given_up", self._given_up)
         self.DeclarePeriodicUnrestrictedUpdateEvent(
             1 / lidar.rate, delay, self._update
         )
@@ -238,9 +243,14 @@ class ObstacleAvoidance(LeafSystem):
             self._ranges.Eval(context),
             self._velocity.Eval(context),
             self._range_max,
+            self._period,
             self._parameters,
         )
         state.get_mutable_abstract_state(int(self._memory)).set_value(memory)
-        state.get_mutable_discrete_state().set_value(
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(
             self._waypoint, [*memory.waypoint, memory.speed_limit]
         )
+        if avoidance.has_given_up(memory, self._parameters):
+            pose = self._pose.Eval(context)
+            discrete.set_value(self._given_up, [1.0, pose[0], pose[1]])

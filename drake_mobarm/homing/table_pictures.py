@@ -19,7 +19,13 @@ from drake_mobarm.world.sdf import load_world
 
 Row = dict[str, Any]
 
-_COLORS = {"hybrid": ORANGE, "filter": BLUE}
+_ESTIMATORS = {"hybrid": ORANGE, "filter": BLUE}
+_COLORS = _ESTIMATORS | {
+    "hybrid, rules": "#f8c98a",
+    "filter, rules": "#9cc3f0",
+    "hybrid, map": ORANGE,
+    "filter, map": BLUE,
+}
 _METRICS = {
     "goal_position_error_m": "goal position error [m]",
     "time_to_target_s": "time to target [s]",
@@ -88,7 +94,7 @@ def draw_open_trajectories(
     """All paths of the noisiest configuration (Figure 2.6)."""
     figure = Figure(figsize=(7.2, 3.9), layout="constrained")
     for axes, estimator in zip(
-        figure.subplots(1, 2, sharey=True), _COLORS, strict=True
+        figure.subplots(1, 2, sharey=True), _ESTIMATORS, strict=True
     ):
         for row, path in zip(rows, paths, strict=True):
             if row["case"] == f"{estimator}, configuration 5":
@@ -158,11 +164,9 @@ def draw_by_distance(rows: Sequence[Row]) -> Figure:
     for axes, (metric, label) in zip(
         figure.subplots(2, 2, sharex=True).flat, _METRICS.items(), strict=True
     ):
-        for estimator, color in _COLORS.items():
+        for way in dict.fromkeys(map(_way, rows)):
             of_case = [
-                row
-                for row in rows
-                if row["case"].startswith(estimator) and row["success"]
+                row for row in rows if _way(row) == way and row["success"]
             ]
             axes.plot(
                 [_straight(row) for row in of_case],
@@ -170,8 +174,8 @@ def draw_by_distance(rows: Sequence[Row]) -> Figure:
                 ".",
                 ms=4,
                 alpha=0.6,
-                color=color,
-                label=estimator,
+                color=_COLORS[way],
+                label=way,
             )
         axes.set_ylabel(label)
         axes.set_ylim(bottom=0)
@@ -182,7 +186,7 @@ def draw_by_distance(rows: Sequence[Row]) -> Figure:
 
 
 def draw_house_example(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
-    """The longest successful way, by either estimator (Figure 2.7)."""
+    """The longest successful way, in every case (Figure 2.7)."""
     longest = max(
         (row for row in rows if row["success"]),
         key=_straight,
@@ -279,6 +283,12 @@ def draw_tau(rows: Sequence[Row]) -> Figure:
     axes.set_ylim(bottom=0)
     axes.legend()
     return figure
+
+
+def _way(row: Row) -> str:
+    """A row's case, all configurations together."""
+    case: str = row["case"]
+    return case.split(", configuration")[0]
 
 
 def _straight(row: Row) -> float:

@@ -36,6 +36,9 @@ TAUS = (1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 20.0)
 
 _PATH_PERIOD = 0.5
 
+# How the dissertation's robot drove, and how ours does.
+_WAYS_TO_DRIVE = (("rules", "odometry"), ("map", "scan_matching"))
+
 COLUMNS = (
     Column("mean_time_to_target_s", "time [s]", "time_to_target_s"),
     Column(
@@ -90,15 +93,18 @@ def house_trials(seed: int, count: int) -> Iterator[Trial]:
         yaw = float(rng.uniform(-np.pi, np.pi))
         run_seed = int(rng.integers(2**31))
         for estimator in ESTIMATORS:
-            yield _trial(
-                estimator,
-                run_seed,
-                [*start, yaw],
-                beacon,
-                f"estimator={estimator}",
-                start_room=start_room,
-                target_room=target_room,
-            )
+            for avoidance, localization in _WAYS_TO_DRIVE:
+                yield _trial(
+                    f"{estimator}, {avoidance}",
+                    run_seed,
+                    [*start, yaw],
+                    beacon,
+                    f"estimator={estimator}",
+                    f"avoidance={avoidance}",
+                    f"station.localization={localization}",
+                    start_room=start_room,
+                    target_room=target_room,
+                )
 
 
 def tau_trials(seed: int, count: int) -> Iterator[Trial]:

@@ -8,10 +8,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from pydrake.common.value import Value
 from pydrake.systems.framework import (
+    BasicVector,
     Context,
     DiscreteValues,
     LeafSystem,
+    State,
 )
 
 from drake_mobarm.geometry import Array, transform_points
@@ -26,6 +29,12 @@ from drake_mobarm.sensors.beacon import (
 from drake_mobarm.sensors.lidar import LidarParameters, cast_rays, read_lidar
 from drake_mobarm.sensors.odometry import integrate_wheels
 from drake_mobarm.sensors.rssi import BEACONS
+from drake_mobarm.sensors.scan_matching import (
+    ScanMatchingParameters,
+    ScanMatchingState,
+    compose,
+    match,
+)
 from drake_mobarm.signals import (
     BaseVelocity,
     PlanarPose,
@@ -210,3 +219,66 @@ class Odometry(LeafSystem):
         )
         state.set_value(self._velocity, self._base.body_velocity(*speeds))
         state.set_value(self._last_angles, (left, right))
+
+
+class ScanMatching(LeafSystem):
+    """Corrects odometry by what the lidar sees.
+
+    .. pydrake_system::
+
+        name: ScanMatching
+        input_ports:
+        - odometry_pose
+        - lidar_ranges
+        output_ports:
+        - measured_base_pose
+
+    - odometry_pose (3): PlanarPose by the wheels alone.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - measured_base_pose (3): PlanarPose in W.
+
+    Direct feedthrough.
+
+    Args:
+        parameters: when to believe what.
+        lidar: whose ranges these are.
+        delay: after the lidar's samples [s].
+    """
+
+    def __init__(
+        self,
+        parameters: ScanMatchingParameters,
+        lidar: LidarParameters,
+        delay: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._range_max = lidar.range_max
+        self._odometry = self.DeclareVectorInputPort(
+            "odometry_pose", size(PlanarPose)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
+        self._memory = int(
+            self.DeclareAbstractState(Value(ScanMatchingState()))
+        )
+        self.DeclareVectorOutputPort(
+            "measured_base_pose", size(PlanarPose), self._calc
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / lidar.rate, delay, self._update
+        )
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_abstract_state(self._memory).get_value()
+        odometry = self._odometry.Eval(context).tolist()
+        output.SetFromVector(compose(memory.correction, odometry))
+
+    def _update(self, context: Context, state: State) -> None:
+        memory = match(
+            context.get_abstract_state(self._memory).get_value(),
+            self._odometry.Eval(context),
+            self._ranges.Eval(context),
+            self._range_max,
+            self._parameters,
+        )
+        state.get_mutable_abstract_state(self._memory).set_value(memory)

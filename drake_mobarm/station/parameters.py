@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from drake_mobarm.checks import finite_numbers, within
+from drake_mobarm.checks import finite_numbers, one_of, within
 from drake_mobarm.robot.shape import STOWED
 from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.sensors.scan_matching import ScanMatchingParameters
 from drake_mobarm.station.arm_drive import ArmDriveParameters
 from drake_mobarm.station.base_drive import BaseDriveParameters
 
@@ -16,6 +17,8 @@ Sensors sample at whole multiples of their periods from time 0, odometry at
 every hundredth of a second. A reader that updates this much later sees a
 sample together with the odometry of the same instant.
 """
+
+LOCALIZATIONS = ("odometry", "scan_matching")
 
 
 @dataclass(kw_only=True)
@@ -29,6 +32,9 @@ class StationParameters:
         beacon: how the antenna array hears a beacon.
         base_drive: the base driver.
         arm_drive: the arm driver.
+        localization: what the measured pose comes from: `odometry`, or
+            `scan_matching`, which corrects odometry by the lidar.
+        scan_matching: parameters of that.
     """
 
     time_step: float = 0.01
@@ -37,9 +43,14 @@ class StationParameters:
     beacon: BeaconParameters = field(default_factory=BeaconParameters)
     base_drive: BaseDriveParameters = field(default_factory=BaseDriveParameters)
     arm_drive: ArmDriveParameters = field(default_factory=ArmDriveParameters)
+    localization: str = "scan_matching"
+    scan_matching: ScanMatchingParameters = field(
+        default_factory=ScanMatchingParameters
+    )
 
     def __post_init__(self) -> None:
         within(self, "(0, 0.01]", "time_step")
+        one_of(self, LOCALIZATIONS, "localization")
         finite_numbers(
             self,
             "[waist, shoulder, elbow, forearm roll, wrist angle, wrist rotate]"

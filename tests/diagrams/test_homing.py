@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drake_mobarm import load_scenario, run
-from drake_mobarm.homing.job import ESTIMATORS
+from drake_mobarm.homing.job import AVOIDANCES, ESTIMATORS
 from drake_mobarm.robot.shape import ANTENNA_POSITION
 from drake_mobarm.runtime.simulation import build_diagram
 from drake_mobarm.sensors.beacon import Beacon
@@ -135,7 +135,7 @@ def test_estimator_and_avoidance_are_swapped_behind_the_same_ports():
             load_scenario("homing", [f"estimator={e}", f"avoidance={a}"])
         )
         for e in ESTIMATORS
-        for a in ("none", "rules")
+        for a in AVOIDANCES
     ]
     outputs = {
         (
@@ -165,7 +165,8 @@ def test_only_metrics_and_drawing_read_the_ground_truth():
 # What each key, or what begins like it, is there for.
 REACHES = {
     "estimator": {"estimator"},
-    "avoidance": {"avoidance"},
+    "avoidance": {"avoidance", "never_gives_up"},
+    "map": {"avoidance"},
     "hybrid": {"estimator"},
     "filter": {"estimator"},
     "rules": {"avoidance"},
@@ -177,9 +178,19 @@ REACHES = {
     "calibration_noise": {"estimator"},
     "station.time_step": {"plant", "ground_truth"},
     "station.stowed": {"plant", "arm_driver", "stow"},
-    "station.lidar.rays": {"lidar", "lidar_noise", "avoidance"},
-    "station.lidar.rate": {"lidar", "lidar_noise", "avoidance"},
-    "station.lidar.range_max": {"lidar", "avoidance"},
+    "station.lidar.rays": {
+        "lidar",
+        "lidar_noise",
+        "localization",
+        "avoidance",
+    },
+    "station.lidar.rate": {
+        "lidar",
+        "lidar_noise",
+        "localization",
+        "avoidance",
+    },
+    "station.lidar.range_max": {"lidar", "localization", "avoidance"},
     "station.lidar.noise": {"lidar"},
     "station.beacon": {"beacon"},
     "station.beacon.rate": {"beacon", "beacon_noise", "estimator"},
@@ -187,6 +198,8 @@ REACHES = {
     "station.base_drive": {"base_driver"},
     "station.base_drive.base": {"base_driver", "odometry"},
     "station.arm_drive": {"arm_driver"},
+    "station.localization": {"localization"},
+    "station.scan_matching": {"localization"},
 }
 
 
@@ -200,7 +213,11 @@ REACHES = {
 )
 def test_a_key_reaches_the_systems_that_it_is_for_and_no_other(key):
     starts = [start for start in REACHES if f"{key}.".startswith(f"{start}.")]
-    variant = ["estimator=hybrid"] if key.startswith("hybrid.") else []
+    part = key.split(".")[0]
+    variant = {
+        "hybrid": ["estimator=hybrid"],
+        "rules": ["avoidance=rules"],
+    }.get(part, [])
     assert reached("homing", key, *variant) == REACHES[max(starts, key=len)]
 
 

@@ -30,6 +30,7 @@ PARAMETERS = AvoidanceParameters()
 RANGE_MAX = 12.0
 FREE = np.full(360, RANGE_MAX)
 STILL = (0.0, 0.0)
+PERIOD = 0.1
 
 
 def scan(boxes: list[Array], pose: ArrayLike) -> Array:
@@ -49,6 +50,7 @@ def first_update(
         scan(boxes, pose),
         STILL,
         RANGE_MAX,
+        PERIOD,
         PARAMETERS,
     )
 
@@ -76,7 +78,7 @@ def drive(
             scan(seen, pose) + rng.normal(0, 0.01, 360), 0, RANGE_MAX
         )
         state = update(
-            state, pose, target, ranges, measured, RANGE_MAX, PARAMETERS
+            state, pose, target, ranges, measured, RANGE_MAX, PERIOD, PARAMETERS
         )
         states.append(state)
         for _ in range(5):
@@ -106,7 +108,14 @@ def drive(
 
 def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
     state = update(
-        initial_state(), (1, 2, 0.5), (4, 3), FREE, STILL, RANGE_MAX, PARAMETERS
+        initial_state(),
+        (1, 2, 0.5),
+        (4, 3),
+        FREE,
+        STILL,
+        RANGE_MAX,
+        PERIOD,
+        PARAMETERS,
     )
     np.testing.assert_allclose(state.waypoint, (4, 3))
     assert state.speed_limit == PARAMETERS.max_speed
@@ -174,15 +183,22 @@ def test_a_stall_backs_off_and_closes_that_direction() -> None:
     rules = []
     for _ in range(30):
         state = update(
-            state, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS
+            state, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PERIOD, PARAMETERS
         )
         rules.append(state.rule)
-        if state.touched.size and state.recovery.backing == 0:
+        if state.touched.size and not state.recovery.backs_off:
             break
     assert rules[:5] == ["target"] * 5
     assert set(rules[5:]) == {"back"}
     state = update(
-        state, (-0.2, 0, 0), (4, 0), FREE, (0.1, 0), RANGE_MAX, PARAMETERS
+        state,
+        (-0.2, 0, 0),
+        (4, 0),
+        FREE,
+        (0.1, 0),
+        RANGE_MAX,
+        PERIOD,
+        PARAMETERS,
     )
     free = free_length(
         float(np.arctan2(state.waypoint[1], state.waypoint[0] + 0.2)),
@@ -204,6 +220,7 @@ def test_backing_off_stops_before_what_is_seen_behind() -> None:
             scan([wall], (0, 0, 0)),
             STILL,
             RANGE_MAX,
+            PERIOD,
             PARAMETERS,
         )
         assert state.speed_limit >= 0
@@ -219,6 +236,7 @@ def test_standing_and_turning_in_place_is_no_stall() -> None:
             FREE,
             (0, -1),
             RANGE_MAX,
+            PERIOD,
             PARAMETERS,
         )
         assert state.rule == "target"
@@ -226,9 +244,16 @@ def test_standing_and_turning_in_place_is_no_stall() -> None:
 
 def test_turning_in_place_that_does_not_turn_is_a_stall() -> None:
     state = initial_state()
-    for _ in range(PARAMETERS.stall_updates + 2):
+    for _ in range(round(PARAMETERS.stall_time / PERIOD) + 2):
         state = update(
-            state, (0, 0, np.pi / 2), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS
+            state,
+            (0, 0, np.pi / 2),
+            (4, 0),
+            FREE,
+            STILL,
+            RANGE_MAX,
+            PERIOD,
+            PARAMETERS,
         )
     assert state.rule == "back"
 
@@ -239,12 +264,19 @@ def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
     whole = first_update(wall, (4, 0))
     ranges[::3] = np.nan
     some = update(
-        initial_state(), (0, 0, 0), (4, 0), ranges, STILL, RANGE_MAX, PARAMETERS
+        initial_state(),
+        (0, 0, 0),
+        (4, 0),
+        ranges,
+        STILL,
+        RANGE_MAX,
+        PERIOD,
+        PARAMETERS,
     )
     np.testing.assert_allclose(some.waypoint, whole.waypoint, atol=0.15)
     ranges[:181] = np.nan
     most = update(
-        whole, (0, 0, 0), (4, 0), ranges, STILL, RANGE_MAX, PARAMETERS
+        whole, (0, 0, 0), (4, 0), ranges, STILL, RANGE_MAX, PERIOD, PARAMETERS
     )
     assert most.speed_limit == 0.0
 
@@ -252,7 +284,14 @@ def test_some_missing_rays_change_little_and_most_missing_stop() -> None:
 @pytest.mark.parametrize("target", [(np.nan, 0.0), (np.inf, 0.0)])
 def test_a_target_that_is_not_finite_stops(target: tuple[float, float]) -> None:
     state = update(
-        initial_state(), (0, 0, 0), target, FREE, STILL, RANGE_MAX, PARAMETERS
+        initial_state(),
+        (0, 0, 0),
+        target,
+        FREE,
+        STILL,
+        RANGE_MAX,
+        PERIOD,
+        PARAMETERS,
     )
     assert state.speed_limit == 0.0
     assert np.isfinite(state.waypoint).all()
@@ -295,6 +334,7 @@ def test_a_mirrored_scene_gives_the_mirrored_waypoint(
             seen,
             STILL,
             RANGE_MAX,
+            PERIOD,
             PARAMETERS,
         )
         for side, seen in ((1, ranges), (-1, mirrored))
@@ -318,7 +358,8 @@ def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
             scan([pillar], (0, 0, 0)),
             (0.2, 0),
             RANGE_MAX,
-            AvoidanceParameters(patience=1000),
+            PERIOD,
+            AvoidanceParameters(patience=100.0),
         )
         sides.add(np.sign(state.waypoint[1]))
     assert len(sides) == 1
@@ -326,7 +367,9 @@ def test_the_waypoint_does_not_dither_while_the_target_fluctuates() -> None:
 
 def test_state_is_not_changed_by_an_update() -> None:
     before = initial_state()
-    update(before, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PARAMETERS)
+    update(
+        before, (0, 0, 0), (4, 0), FREE, STILL, RANGE_MAX, PERIOD, PARAMETERS
+    )
     assert before.visited.size == 0
     assert before.target is None
 
@@ -336,7 +379,7 @@ def test_state_is_not_changed_by_an_update() -> None:
     [
         ("radius", 0.0),
         ("margin", np.nan),
-        ("smoothing", 1.5),
+        ("smoothing_time", 0.0),
         ("patience", 0),
         ("tight_margin", 0.5),
     ],
@@ -351,12 +394,20 @@ def test_without_a_gain_the_boundary_is_followed_on_one_side() -> None:
     state, rules, sides = initial_state(), [], set()
     for _ in range(90):
         state = update(
-            state, (0, 0, 0), (6, 0), ranges, (0.2, 0), RANGE_MAX, PARAMETERS
+            state,
+            (0, 0, 0),
+            (6, 0),
+            ranges,
+            (0.2, 0),
+            RANGE_MAX,
+            PERIOD,
+            PARAMETERS,
         )
         rules.append(state.rule)
         sides.add(state.mode.side if isinstance(state.mode, Follow) else 0)
     first = rules.index("follow")
-    assert PARAMETERS.patience <= first <= PARAMETERS.patience + 5
+    patience = round(PARAMETERS.patience / PERIOD)
+    assert patience <= first <= patience + 5
     assert set(rules[:first]) == {"gap"}
     assert len(sides - {0}) == 1
 
@@ -371,6 +422,13 @@ def test_only_a_range_below_the_lidars_longest_is_a_thing(
     ranges = np.full(360, range_max)
     ranges[90:271] = 5.0
     state = update(
-        initial_state(), (0, 0, 0), (7, 0), ranges, STILL, range_max, PARAMETERS
+        initial_state(),
+        (0, 0, 0),
+        (7, 0),
+        ranges,
+        STILL,
+        range_max,
+        PERIOD,
+        PARAMETERS,
     )
     assert state.rule == rule

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drake_mobarm.driving.touch import Recovery
 from drake_mobarm.homing.avoidance import update
 from drake_mobarm.homing.avoidance_state import (
     AvoidanceParameters,
@@ -13,7 +14,6 @@ from drake_mobarm.homing.avoidance_state import (
     Follow,
     Leave,
     Meeting,
-    Recovery,
     Seek,
     Stay,
     initial_state,
@@ -42,6 +42,9 @@ def wall(first, last, distance=2.0):
 AHEAD = wall(-40, 40)
 
 
+PERIOD = 0.1
+
+
 def step(state, ranges, at=(0.0, 0.0), bearing=0.0, parameters=PARAMETERS):
     """One update at a place relative to PLACE; the robot moves.
 
@@ -50,7 +53,7 @@ def step(state, ranges, at=(0.0, 0.0), bearing=0.0, parameters=PARAMETERS):
     target = PLACE + 6 * np.array([math.cos(bearing), math.sin(bearing)])
     pose = [*np.add(PLACE, at), bearing]
     return update(
-        state, pose, target, ranges, (0.2, 0.0), RANGE_MAX, parameters
+        state, pose, target, ranges, (0.2, 0.0), RANGE_MAX, PERIOD, parameters
     )
 
 
@@ -65,7 +68,14 @@ def test_a_new_target_is_taken_in_by_its_smoothing():
     state = step(initial_state(), FREE)
     np.testing.assert_allclose(state.target, [11, 4])
     state = update(
-        state, [*PLACE, 0], [12, 2], FREE, (0.2, 0), RANGE_MAX, PARAMETERS
+        state,
+        [*PLACE, 0],
+        [12, 2],
+        FREE,
+        (0.2, 0),
+        RANGE_MAX,
+        PERIOD,
+        PARAMETERS,
     )
     np.testing.assert_allclose(state.target, [11.1, 3.8])
 
@@ -85,12 +95,12 @@ def test_the_last_two_hundred_places_are_remembered():
     np.testing.assert_array_equal(state.visited, [*old[1:], PLACE])
 
 
-def test_updates_without_a_gain_are_counted_until_new_ground():
+def test_time_without_a_gain_is_counted_until_new_ground():
     state, counts = initial_state(), []
     for x in (0.0, 0.0, 0.1, 0.1, -0.6, -0.6):
         state = step(state, AHEAD, at=(x, 0.0))
         counts.append(state.mode.idle)
-    assert counts == [0, 1, 2, 3, 0, 1]
+    assert counts == pytest.approx([0, 0.1, 0.2, 0.3, 0, 0.1])
 
 
 @pytest.mark.parametrize(("shorter", "gains"), [(0.05, False), (0.15, True)])
@@ -100,14 +110,14 @@ def test_a_way_shorter_by_a_tenth_of_a_metre_is_a_gain(shorter, gains):
     # 2 m less 0.315 m, and 0.3 m past the edge, then to the target: longer
     # than straight on.
     assert 6 < way < 8
-    mode = replace(state.mode, shortest_way=way + shorter, idle=7)
+    mode = replace(state.mode, shortest_way=way + shorter, idle=0.7)
     state = step(replace(state, mode=mode), AHEAD)
     if gains:
         assert state.mode.shortest_way == pytest.approx(way)
         assert state.mode.idle == 0
     else:
         assert state.mode.shortest_way == way + shorter
-        assert state.mode.idle == 8
+        assert state.mode.idle == pytest.approx(0.8)
 
 
 def test_the_way_along_a_boundary_is_added_up():
@@ -132,11 +142,13 @@ def test_with_half_of_the_rays_the_scan_is_trusted_and_with_less_not():
 
 def test_waiting_looks_straight_ahead_and_forgets_to_have_stood():
     state = state_of(
-        recovery=Recovery(standing=4, backing=2), rule="gap", speed_limit=0.5
+        recovery=Recovery(standing=0.4, backing=0.2),
+        rule="gap",
+        speed_limit=0.5,
     )
     waiting = step(state, np.full(360, math.nan), bearing=2.0)
     assert (waiting.rule, waiting.speed_limit) == ("wait", 0.0)
-    assert waiting.recovery == Recovery(standing=0, backing=2)
+    assert waiting.recovery == Recovery(standing=0, backing=0.2)
     np.testing.assert_allclose(
         waiting.waypoint, near(math.cos(2.0), math.sin(2.0))
     )
@@ -146,7 +158,7 @@ def test_waiting_looks_straight_ahead_and_forgets_to_have_stood():
 
 
 def test_a_robot_boxed_in_tries_its_other_margin_and_forgets_touches():
-    parameters = AvoidanceParameters(boxed_updates=3)
+    parameters = AvoidanceParameters(boxed_time=0.3)
     state = state_of(touched=np.array([[60.0, 60.0]]))
     tight = []
     for _ in range(9):
@@ -161,7 +173,7 @@ def test_a_robot_boxed_in_along_a_boundary_seeks_anew():
     state = state_of(
         mode=Follow(1, PLACE, leg=10.0),
         meeting=Meeting(near(9, 9), 1),
-        stay=Stay(PLACE, updates=PARAMETERS.boxed_updates),
+        stay=Stay(PLACE, time=PARAMETERS.boxed_time),
     )
     state = step(state, AHEAD)
     assert (state.rule, state.mode.idle) == ("gap", 0)
@@ -170,9 +182,9 @@ def test_a_robot_boxed_in_along_a_boundary_seeks_anew():
 
 def test_a_robot_that_moves_seven_tenths_of_a_metre_is_not_boxed_in():
     state = initial_state()
-    for x, updates in [(0, 0), (0.69, 1), (0, 2), (0.71, 0), (1.4, 1)]:
+    for x, time in [(0, 0), (0.69, 0.1), (0, 0.2), (0.71, 0), (1.4, 0.1)]:
         state = step(state, FREE, at=(x, 0.0))
-        assert state.stay.updates == updates
+        assert state.stay.time == pytest.approx(time)
 
 
 def test_a_free_target_ends_the_search_for_gaps():
@@ -243,7 +255,10 @@ def test_out_of_patience_the_boundary_is_followed_towards_the_best_gap(
     # The gap is 40 degrees to the left of the target, or to the right.
     ranges = wall(-90, 40) if side == 1 else wall(-40, 90)
     patience = PARAMETERS.patience
-    for idle, rule in [(patience - 1, "gap"), (patience, "follow")]:
+    for idle, rule in [
+        (patience - PERIOD, "gap"),
+        (patience, "follow"),
+    ]:
         mode = Seek(shortest_way=0.0, idle=idle)
         state = state_of(mode=mode, visited=PLACE[None])
         state = step(state, ranges, bearing=bearing)

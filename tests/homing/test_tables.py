@@ -43,7 +43,7 @@ def test_house_trials_stand_free_in_their_rooms():
     trials = list(house_trials(0, 80))
     pairs = [(t.notes["start_room"], t.notes["target_room"]) for t in trials]
     assert len(set(pairs)) == 16
-    assert all(pairs.count(pair) == 2 * 5 for pair in set(pairs))
+    assert all(pairs.count(pair) == 2 * 2 * 5 for pair in set(pairs))
     for trial in trials:
         for place, room in (
             (start(trial), trial.notes["start_room"]),
@@ -58,16 +58,24 @@ def test_house_trials_stand_free_in_their_rooms():
 def test_a_trials_overrides_are_what_its_case_and_its_notes_say():
     shipped = load_scenario("homing")
     expected = {}
+    ways = (("rules", "odometry"), ("map", "scan_matching"))
     for estimator in ("hybrid", "filter"):
-        expected[estimator] = {
-            "world": "small_house",
-            "avoidance": "rules",
-            "estimator": estimator,
-            "noise": 5,
-            "tau": shipped.hybrid.tau,
-        }
+        for avoidance, localization in ways:
+            expected[f"{estimator}, {avoidance}"] = {
+                "world": "small_house",
+                "avoidance": avoidance,
+                "localization": localization,
+                "estimator": estimator,
+                "noise": 5,
+                "tau": shipped.hybrid.tau,
+            }
     for noise in (1, 2, 3, 4, 5):
-        floor = {"world": "empty", "avoidance": "none", "noise": noise}
+        floor = {
+            "world": "empty",
+            "avoidance": "none",
+            "localization": "scan_matching",
+            "noise": noise,
+        }
         for estimator in ("hybrid", "filter"):
             expected[f"{estimator}, configuration {noise}"] = floor | {
                 "estimator": estimator,
@@ -85,6 +93,7 @@ def test_a_trials_overrides_are_what_its_case_and_its_notes_say():
         assert expected[trial.case] == {
             "world": scenario.world,
             "avoidance": scenario.avoidance,
+            "localization": scenario.station.localization,
             "estimator": scenario.estimator,
             "noise": scenario.noise,
             "tau": scenario.hybrid.tau,

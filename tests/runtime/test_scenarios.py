@@ -43,7 +43,7 @@ def test_every_shipped_scenario_loads():
 def test_the_newcomer_sees_a_home_avoidance_and_the_worst_noise():
     scenario = load_scenario("homing")
     assert scenario.world == "small_house"
-    assert scenario.avoidance == "rules"
+    assert scenario.avoidance == "map"
     assert scenario.noise == 5
 
 

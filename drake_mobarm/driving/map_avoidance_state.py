@@ -1,0 +1,147 @@
+"""Parameters and memory of driving by a map, in `map_avoidance`."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from drake_mobarm.checks import at_least, positive
+from drake_mobarm.driving.careful_speed import CareParameters
+from drake_mobarm.driving.route import Route, RouteParameters
+from drake_mobarm.driving.seen_map import SeenMap
+from drake_mobarm.driving.touch import Recovery, TouchParameters
+from drake_mobarm.geometry import Array
+from drake_mobarm.immutable import Immutable
+
+
+@dataclass(kw_only=True)
+class MapAvoidanceParameters:
+    """How a robot drives by a map of what it sees.
+
+    All numbers are finite and positive.
+
+    Attributes:
+        margin: clearance kept around the robot [m].
+        max_speed: where nothing is near [m/s].
+        deceleration: to stop before a thing that is seen [m/s^2].
+        care_speed: right beside things that are seen [m/s].
+        care_distance: clearance to them from which `max_speed` is allowed
+            [m].
+        lookahead: along the way, up to the farthest waypoint [m].
+        smoothing_time: in which the target's estimate is followed [s].
+        replan_time: after which a way is planned anew at the latest [s].
+        patience: at the way's end, or without progress, until something else
+            is tried [s].
+        forgetting: how often all that was seen is forgotten before the robot
+            gives up [-], at least 1.
+        route: what a way costs.
+        touch: what to do on touching something unseen.
+    """
+
+    margin: float = 0.015
+    max_speed: float = 1.0
+    deceleration: float = 0.8
+    care_speed: float = 0.4
+    care_distance: float = 0.8
+    lookahead: float = 2.0
+    smoothing_time: float = 1.0
+    replan_time: float = 2.0
+    patience: float = 2.0
+    forgetting: int = 2
+    route: RouteParameters = field(default_factory=RouteParameters)
+    touch: TouchParameters = field(default_factory=TouchParameters)
+
+    def __post_init__(self) -> None:
+        positive(
+            self,
+            "margin",
+            "max_speed",
+            "deceleration",
+            "care_speed",
+            "care_distance",
+            "lookahead",
+            "smoothing_time",
+            "replan_time",
+            "patience",
+        )
+        at_least(self, 1, "forgetting")
+
+    @property
+    def care(self) -> CareParameters:
+        """Those of the careful speed."""
+        return CareParameters(
+            max_speed=self.max_speed,
+            deceleration=self.deceleration,
+            care_speed=self.care_speed,
+            care_distance=self.care_distance,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The way that the robot is on.
+
+    Attributes:
+        route: the way.
+        target: p_WT that it was planned for [m], (2,).
+        age: since then [s].
+    """
+
+    route: Route
+    target: Array
+    age: float = 0.0
+
+
+@dataclass(frozen=True)
+class Halt:
+    """How long the robot has made no progress.
+
+    Attributes:
+        pose: X_WB since when it has not, [x, y, yaw] in m and rad.
+        time: since then [s].
+    """
+
+    pose: tuple[float, float, float]
+    time: float = 0.0
+
+
+def no_places() -> Array:
+    """An empty list of places, (0, 2)."""
+    return np.empty((0, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class MapAvoidanceState(Immutable):
+    """What the robot decided last, and what it remembers.
+
+    Attributes:
+        waypoint: p_WQ to drive to [m], (2,).
+        speed_limit: [m/s]; negative: back straight off at that speed.
+        activity: what it does: wait, drive, back or give up.
+        map: what it has seen and touched.
+        pose: X_WB at the last scan, [x, y, yaw] in m and rad.
+        target: p_WT, the smoothed estimate [m], (2,).
+        plan: the way to it; None where it has to be planned.
+        recovery: from touching something unseen.
+        halt: of no progress; None before one.
+        tried: ends of ways at which nothing came of waiting [m], (n, 2).
+        forgotten: how often all that was seen was forgotten [-].
+        shut: p_WP of what shuts the last way [m], (2,), once it gives up.
+    """
+
+    waypoint: Array
+    speed_limit: float = 0.0
+    activity: str = "wait"
+    map: SeenMap = field(default_factory=SeenMap)
+    pose: tuple[float, float, float] | None = None
+    target: Array | None = None
+    plan: Plan | None = None
+    recovery: Recovery = field(default_factory=Recovery)
+    halt: Halt | None = None
+    tried: Array = field(default_factory=no_places)
+    forgotten: int = 0
+    shut: Array | None = None
+
+
+def initial_state() -> MapAvoidanceState:
+    """Nothing seen, standing still."""
+    return MapAvoidanceState(np.zeros(2))

@@ -65,6 +65,8 @@ def list_keys(owner: Any, prefix: str = "", shipped: Any = None) -> list[Key]:
             continue
         kind = f.type.__name__ if isinstance(f.type, type) else str(f.type)
         kind = str(f.type) if "[" in str(f.type) else kind
+        # A tuple is a list in YAML.
+        kind = kind.replace("tuple", "list").replace(", ...", "")
         unit, meaning = split_unit(meanings[f.name])
         valid = RANGES.get(path) or join_ranges(ranges[f.name], kind)
         default = default_of(f, loaded)
@@ -177,6 +179,6 @@ def _value(value: Any) -> str:
         return f"`{str(value).lower()}`"
     if isinstance(value, float):
         return f"`{value:.6g}`"
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return f"`[{', '.join(_value(x).strip('`') for x in value)}]`"
     return f"`{value}`"

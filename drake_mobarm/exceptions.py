@@ -1,5 +1,7 @@
 """The errors that the library raises on purpose, one clear line each."""
 
+from dataclasses import FrozenInstanceError
+
 
 class MobarmError(Exception):
     """Base of every error that this library raises on purpose."""
@@ -23,3 +25,7 @@ class OutputError(MobarmError, RuntimeError):
 
 class BlockError(MobarmError, ValueError):
     """A block given for a diagram does not fit in."""
+
+
+class FrozenError(MobarmError, FrozenInstanceError):
+    """A value was set on an object that cannot be changed."""

@@ -19,6 +19,7 @@ NAME = "drake_mobarm"
 GROUND = {
     "checks",
     "exceptions",
+    "frozen",
     "geometry",
     "immutable",
     "job",

@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from drake_mobarm.checks import positive, require, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import wrap_angle
 
 
-@dataclass(kw_only=True)
+@frozen
 class ControllerParameters:
     """Gains and limits; the dissertation gives no values.
 

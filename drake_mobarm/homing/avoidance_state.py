@@ -7,12 +7,13 @@ import numpy as np
 from drake_mobarm.checks import positive, require
 from drake_mobarm.driving.careful_speed import CareParameters
 from drake_mobarm.driving.touch import Recovery, TouchParameters
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.robot.shape import RADIUS
 
 
-@dataclass(kw_only=True)
+@frozen
 class AvoidanceParameters:
     """Parameters of the rules; the dissertation gives no values.
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drake_mobarm.checks import at_least, not_negative, positive
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.homing.vector import vector_position
 from drake_mobarm.immutable import Immutable
@@ -32,7 +33,7 @@ Matrix = tuple[Pair, Pair]
 _IDENTITY = ((1.0, 0.0), (0.0, 1.0))
 
 
-@dataclass(kw_only=True)
+@frozen
 class FilterParameters:
     """Parameters of the filter; none is in the dissertation but 0.3 m.
 

@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import at_least, positive, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.parallax import intersect_bearings, update_parallax
 from drake_mobarm.homing.vector import vector_position, weighted_position
 from drake_mobarm.immutable import Immutable
 
 
-@dataclass(kw_only=True)
+@frozen
 class HybridParameters:
     """Parameters of the hybrid estimator.
 

@@ -1,12 +1,13 @@
 """Homing: find a beacon and drive to it (chapter 2)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from drake_mobarm.checks import finite_numbers, one_of, within
 from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
 from drake_mobarm.driving.waypoint import ControllerParameters
+from drake_mobarm.frozen import frozen
 from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
@@ -20,7 +21,7 @@ ESTIMATORS = ("hybrid", "filter")
 AVOIDANCES = ("none", "rules", "map")
 
 
-@dataclass(kw_only=True)
+@frozen
 class HomingParameters:
     """How the robot homes.
 
@@ -49,7 +50,7 @@ class HomingParameters:
         one_of(self, AVOIDANCES, "avoidance")
 
 
-@dataclass(kw_only=True)
+@frozen
 class HomingScenario(HomingParameters):
     """Find a beacon and drive to it (chapter 2).
 
@@ -67,8 +68,8 @@ class HomingScenario(HomingParameters):
 
     diagram: str = "homing"
     world: str
-    start: list[float]
-    beacon: list[float]
+    start: tuple[float, ...]
+    beacon: tuple[float, ...]
     noise: int = 5
     time_limit: float = 120.0
     calibration_noise: float = 1.0

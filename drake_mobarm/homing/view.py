@@ -1,5 +1,7 @@
 """What Meshcat shows of homing: beacon, estimate, and the path driven."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.math import RigidTransform
@@ -51,7 +53,7 @@ class HomingView(LeafSystem):
         beacon: p_WT of the beacon [m], (2,).
     """
 
-    def __init__(self, meshcat: Meshcat, beacon: list[float]) -> None:
+    def __init__(self, meshcat: Meshcat, beacon: Sequence[float]) -> None:
         super().__init__()
         self._meshcat = meshcat
         self._truth = self.DeclareVectorInputPort(

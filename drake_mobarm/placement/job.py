@@ -1,7 +1,7 @@
 """Placement: choose where to stand for a tool target (4.3.1 to 4.3.3)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from drake_mobarm.checks import (
     require,
     within,
 )
+from drake_mobarm.frozen import frozen
 from drake_mobarm.job import Job, Trace, Verdict
 from drake_mobarm.placement.metrics import placement_metrics
 from drake_mobarm.placement.objective import (
@@ -27,7 +28,7 @@ from drake_mobarm.world.places import Place
 GRIDS = ("optimised", "plain")
 
 
-@dataclass(kw_only=True)
+@frozen
 class PlacementParameters:
     """How a stand is chosen.
 
@@ -53,7 +54,7 @@ class PlacementParameters:
         not_negative(self, "replan_distance")
 
 
-@dataclass(kw_only=True)
+@frozen
 class PlacementScenario(PlacementParameters):
     """Choose where to stand for a tool target (4.3.1 to 4.3.3).
 
@@ -70,10 +71,10 @@ class PlacementScenario(PlacementParameters):
 
     diagram: str = "placement"
     world: str
-    start: list[float]
-    target: list[float]
-    approach: list[float]
-    heading: list[float] = field(default_factory=list)
+    start: tuple[float, ...]
+    target: tuple[float, ...]
+    approach: tuple[float, ...]
+    heading: tuple[float, ...] = ()
 
     time_limit: ClassVar[float] = 1.0
     """The plan is there at once; nothing moves [s]."""

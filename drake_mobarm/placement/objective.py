@@ -1,11 +1,13 @@
 """The objective: how well an arm can work as its joints are (4.3.1, 4.3.2)."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import finite_numbers, positive_numbers, require
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
 
@@ -14,7 +16,7 @@ _LIMIT_MARGIN = 0.01
 _WEIGHTS = "0, or 1e-6 to 1e6"
 
 
-@dataclass(kw_only=True)
+@frozen
 class ObjectiveParameters:
     """Weights and other figures of the objective (4.12).
 
@@ -44,16 +46,12 @@ class ObjectiveParameters:
     torque_weight: float = 1.0
     position_weight: float = 1.0
     attitude_weight: float = 0.25
-    torque_shape: list[float] = field(default_factory=list)
+    torque_shape: tuple[float, ...] = ()
     singularity: float = 0.001
-    position_axes: list[float] = field(default_factory=lambda: [0.0] * 3)
-    position_axis_weights: list[float] = field(
-        default_factory=lambda: [1.0] * 3
-    )
-    attitude_axes: list[float] = field(default_factory=lambda: [0.0] * 3)
-    attitude_axis_weights: list[float] = field(
-        default_factory=lambda: [1.0] * 3
-    )
+    position_axes: tuple[float, ...] = (0.0, 0.0, 0.0)
+    position_axis_weights: tuple[float, ...] = (1.0, 1.0, 1.0)
+    attitude_axes: tuple[float, ...] = (0.0, 0.0, 0.0)
+    attitude_axis_weights: tuple[float, ...] = (1.0, 1.0, 1.0)
     payload: float = 0.0
 
     def __post_init__(self) -> None:
@@ -295,7 +293,7 @@ def _row_sums(axes: Array, J: Array) -> Array:
     return s
 
 
-def _rotation(roll_pitch_yaw: list[float]) -> Array:
+def _rotation(roll_pitch_yaw: Sequence[float]) -> Array:
     (cr, cp, cy), (sr, sp, sy) = np.cos(roll_pitch_yaw), np.sin(roll_pitch_yaw)
     return np.array(
         [

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drake_mobarm.checks import not_negative, positive
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.placement.best_stand import Stand, find_best_stand
@@ -14,7 +15,7 @@ from drake_mobarm.placement.objective_map import score_places
 from drake_mobarm.placement.problem import StandProblem, ToolTarget
 
 
-@dataclass(kw_only=True)
+@frozen
 class PlannerParameters:
     """When a new plan is made.
 

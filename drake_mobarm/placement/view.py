@@ -1,5 +1,7 @@
 """What Meshcat shows of placement: the target, and the squares in reach."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import AbstractValue, Value
 from pydrake.geometry import Meshcat
@@ -59,7 +61,10 @@ class PlacementView(LeafSystem):
     """
 
     def __init__(
-        self, meshcat: Meshcat, target: list[float], approach: list[float]
+        self,
+        meshcat: Meshcat,
+        target: Sequence[float],
+        approach: Sequence[float],
     ) -> None:
         super().__init__()
         self._meshcat = meshcat

@@ -1,13 +1,13 @@
 """Kinematics and dynamics of the base: sections 7.3.1.1 and 7.3.1.2."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from drake_mobarm.checks import finite, positive
+from drake_mobarm.frozen import frozen
 
 
-@dataclass(kw_only=True)
+@frozen
 class DifferentialDrive:
     """The differential-drive base, with the arm stowed.
 

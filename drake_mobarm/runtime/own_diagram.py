@@ -11,7 +11,6 @@ import dataclasses
 import hashlib
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -19,10 +18,11 @@ from typing import Any
 
 from drake_mobarm.checks import within
 from drake_mobarm.exceptions import MobarmError, ScenarioError
+from drake_mobarm.frozen import frozen
 from drake_mobarm.job import Job, Verdict, judge_by_done
 
 
-@dataclass(kw_only=True)
+@frozen
 class OwnScenario:
     """A scenario of a user's own diagram that has no `Scenario` of its own.
 

@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
@@ -14,6 +14,8 @@ from drake_mobarm.runtime.own_diagram import load_own_diagram
 from drake_mobarm.runtime.typed_values import from_values, to_values
 from drake_mobarm.world.places import check_places
 from drake_mobarm.world.sdf import load_world
+
+S = TypeVar("S", bound=Any)
 
 
 def scenario_names() -> list[str]:
@@ -57,20 +59,47 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
     scenario = from_values(job.scenario, values, name_or_path)
-    _check_places(job, scenario)
+    _check(job, scenario)
     return scenario
 
 
+def changed(scenario: S, /, **values: Any) -> S:
+    """A copy of a scenario with other values, checked in full.
+
+    `changed(scenario, noise=3, beacon=[2, 1])`; a value of a part goes by its
+    path: `changed(scenario, **{"station.lidar.rays": 720})`.
+
+    Args:
+        scenario: from `load_scenario`; it stays as it is.
+        values: by key.
+
+    Raises:
+        ScenarioError: it is no scenario, a key is unknown, a value has a
+            wrong type, or a place makes no sense.
+        ParameterError: a value is out of its range.
+        WorldError: the world cannot be used.
+    """
+    job_of(scenario)
+    plain = to_values(scenario)
+    for name, value in values.items():
+        _put(plain, name, to_values(value), "scenario")
+    _anchor(plain, Path.cwd())
+    copy: S = from_values(type(scenario), plain, "scenario")
+    _check(job_of(copy), copy)
+    return copy
+
+
 def checked_copy(scenario: Any, job: Job) -> Any:
-    """A copy of a scenario, checked anew, for it may have been changed.
+    """A copy of a scenario, checked anew, however it was made.
 
     Args:
         scenario: of any dataclass.
         job: of which it is.
 
     Raises:
-        ScenarioError: it is no dataclass, or a value has a wrong type, or
-            something is set that is no field, or a place makes no sense.
+        ScenarioError: it is no dataclass, or another job's, or a value has a
+            wrong type, or something is set that is no field, or a place makes
+            no sense.
         ParameterError: a value is out of its range.
         WorldError: the world cannot be used.
     """
@@ -78,12 +107,23 @@ def checked_copy(scenario: Any, job: Job) -> Any:
         raise ScenarioError(
             f"{scenario!r} is no scenario: valid is what load_scenario gives"
         )
-    copy = from_values(type(scenario), to_values(scenario), "scenario")
-    _check_places(job, copy)
+    plain = to_values(scenario)
+    copy = from_values(type(scenario), plain, "scenario")
+    _check(job, copy)
     return copy
 
 
-def _check_places(job: Job, scenario: Any) -> None:
+def _check(job: Job, scenario: Any) -> None:
+    """Whether its form is its job's, and its places make sense."""
+    names, needed = (
+        {field.name for field in dataclasses.fields(kind)}
+        for kind in (scenario, job.scenario)
+    )
+    if not needed <= names:
+        raise ScenarioError(
+            f"a {type(scenario).__name__} is no scenario of the diagram "
+            f"{job.name!r}: load one with load_scenario"
+        )
     places = job.places(scenario)
     if places:
         check_places(load_world(scenario.world), places)
@@ -203,9 +243,14 @@ def _override(values: dict[str, Any], override: str) -> None:
         raise ScenarioError(
             f"--set {name}: {text!r} does not parse as YAML"
         ) from error
+    _put(values, name, value, "--set")
+
+
+def _put(values: dict[str, Any], name: str, value: Any, where: str) -> None:
+    """Puts a value where its path leads."""
     *parents, last = name.split(".")
     for parent in parents:
         values = values.setdefault(parent, {})
         if not isinstance(values, dict):
-            raise ScenarioError(f"--set {name}: {parent} has no parts")
+            raise ScenarioError(f"{where} {name}: {parent} has no parts")
     values[last] = value

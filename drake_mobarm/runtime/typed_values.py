@@ -12,7 +12,10 @@ from typing import Any
 
 from drake_mobarm.exceptions import ParameterError, ScenarioError
 
-_VALID_TYPES = "bool, int, float, str, lists of these, and dataclasses"
+_VALID_TYPES = (
+    "bool, int, float, str, lists and tuples such as tuple[float, ...] of "
+    "these, and dataclasses"
+)
 
 
 def from_values(
@@ -81,14 +84,17 @@ def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
     if dataclasses.is_dataclass(kind):
         assert isinstance(kind, type)
         return from_values(kind, value, where, f"{name}.")
-    if typing.get_origin(kind) is list:
+    sequence = typing.get_origin(kind)
+    if sequence is list or (
+        sequence is tuple and typing.get_args(kind)[1:] == (...,)
+    ):
         if not isinstance(value, list):
             raise ScenarioError(f"{where}: {name} is {value!r}, not a list")
-        (item,) = typing.get_args(kind)
-        return [
+        item = typing.get_args(kind)[0]
+        return sequence(
             _check_value(item, x, where, f"{name}[{i}]")
             for i, x in enumerate(value)
-        ]
+        )
     if kind not in (bool, int, float, str):
         raise ScenarioError(
             f"{where}: {name} is declared as {kind}: valid are {_VALID_TYPES}"

@@ -7,7 +7,6 @@ callers pass them in, so that a seed decides every reading.
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 from drake_mobarm.checks import (
     finite_numbers,
@@ -16,6 +15,7 @@ from drake_mobarm.checks import (
     require,
     within,
 )
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import wrap_angle
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel
 
@@ -23,7 +23,7 @@ MIN_DISTANCE = 0.05
 """The nearest distance [m] that a reading can tell."""
 
 
-@dataclass(kw_only=True)
+@frozen
 class BeaconNoise:
     """Half-widths of the uniform noise on a reading (Table 2.2).
 
@@ -129,7 +129,7 @@ def distance_moments(
     return MIN_DISTANCE + first, max(second - first**2, 0.0)
 
 
-@dataclass(kw_only=True)
+@frozen
 class Beacon:
     """A beacon in the world, and how noisily it is read.
 
@@ -138,7 +138,7 @@ class Beacon:
         noise: of its readings, a configuration of Table 2.2.
     """
 
-    position: list[float]
+    position: tuple[float, ...]
     noise: int = 5
 
     def __post_init__(self) -> None:
@@ -146,7 +146,7 @@ class Beacon:
         one_of(self, NOISE_CONFIGURATIONS, "noise")
 
 
-@dataclass(kw_only=True)
+@frozen
 class BeaconParameters:
     """How the antenna array hears a beacon.
 
@@ -164,7 +164,7 @@ class BeaconParameters:
     model: str = "beacon_1"
     field_of_view: float = 2 * math.pi
     dropout: float = 0.0
-    outages: list[list[float]] = field(default_factory=list)
+    outages: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         within(self, "(0, 50]", "rate")

@@ -1,16 +1,16 @@
 """A planar lidar: rays cast on the world's cut at the sensor's height."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from drake_mobarm.checks import at_least, not_negative, positive, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 
 
-@dataclass(kw_only=True)
+@frozen
 class LidarParameters:
     """A scanner of the RPLIDAR A2M8's class.
 

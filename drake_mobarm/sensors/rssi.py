@@ -1,6 +1,5 @@
 """RSSI as a measure of distance: the log-distance law and its calibration."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,10 +7,11 @@ from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import finite, positive, require
 from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 
 
-@dataclass(kw_only=True)
+@frozen
 class RssiModel:
     """The log-distance law: rssi = rssi_at_1m - 10 n log10(distance / 1 m).
 

@@ -4,23 +4,23 @@ In floats where it runs in every update: for six numbers numpy is slower.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from drake_mobarm.checks import positive, positive_numbers, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array, clip_magnitude
 
 # No-load speeds of XM430-W350 (five joints) and XL430-W250 at 12 V [rad/s].
-_NO_LOAD_SPEED = [4.817, 4.817, 4.817, 4.817, 4.817, 6.388]
+_NO_LOAD_SPEED = (4.817, 4.817, 4.817, 4.817, 4.817, 6.388)
 
 
 REFERENCE_SHARE = 0.8
 """Of the acceleration limit for the reference; the rest corrects errors."""
 
 
-@dataclass(kw_only=True)
+@frozen
 class ArmDriveParameters:
     """How the arm follows a desired state.
 
@@ -35,9 +35,7 @@ class ArmDriveParameters:
     rate: float = 100.0
     k_p: float = 400.0
     k_d: float = 40.0
-    no_load_speed: list[float] = field(
-        default_factory=lambda: list(_NO_LOAD_SPEED)
-    )
+    no_load_speed: tuple[float, ...] = _NO_LOAD_SPEED
 
     def __post_init__(self) -> None:
         within(self, "[20, 100]", "rate")

@@ -7,9 +7,10 @@ reference ramps to them within the limits, and its acceleration is fed forward.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from drake_mobarm.checks import positive_numbers, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 
@@ -17,7 +18,7 @@ Pair = tuple[float, float]
 """v and w, or left and right, in floats: for two numbers numpy is slow."""
 
 
-@dataclass(kw_only=True)
+@frozen
 class BaseDriveParameters:
     """How the base follows a commanded velocity.
 
@@ -32,10 +33,10 @@ class BaseDriveParameters:
     """
 
     rate: float = 50.0
-    gain: list[float] = field(default_factory=lambda: [10.0, 10.0])
-    speed_limit: list[float] = field(default_factory=lambda: [1.0, 2.0])
-    acceleration_limit: list[float] = field(default_factory=lambda: [1.0, 3.0])
-    yield_error: list[float] = field(default_factory=lambda: [0.25, 1.0])
+    gain: tuple[float, ...] = (10.0, 10.0)
+    speed_limit: tuple[float, ...] = (1.0, 2.0)
+    acceleration_limit: tuple[float, ...] = (1.0, 3.0)
+    yield_error: tuple[float, ...] = (0.25, 1.0)
     base: DifferentialDrive = field(default_factory=DifferentialDrive)
 
     def __post_init__(self) -> None:

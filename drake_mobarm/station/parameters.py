@@ -1,8 +1,9 @@
 """How the station is simulated, sensed and driven."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from drake_mobarm.checks import finite_numbers, one_of, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.robot.shape import STOWED
 from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.lidar import LidarParameters
@@ -21,7 +22,7 @@ sample together with the odometry of the same instant.
 LOCALIZATIONS = ("odometry", "scan_matching")
 
 
-@dataclass(kw_only=True)
+@frozen
 class StationParameters:
     """How the station is simulated, sensed and driven.
 
@@ -38,7 +39,7 @@ class StationParameters:
     """
 
     time_step: float = 0.01
-    stowed: list[float] = field(default_factory=lambda: list(STOWED))
+    stowed: tuple[float, ...] = STOWED
     lidar: LidarParameters = field(default_factory=LidarParameters)
     beacon: BeaconParameters = field(default_factory=BeaconParameters)
     base_drive: BaseDriveParameters = field(default_factory=BaseDriveParameters)

@@ -1,5 +1,7 @@
 """The station's two drivers as LeafSystems."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
@@ -98,7 +100,7 @@ class ArmDriver(LeafSystem):
     """
 
     def __init__(
-        self, parameters: ArmDriveParameters, initial_q: list[float]
+        self, parameters: ArmDriveParameters, initial_q: Sequence[float]
     ) -> None:
         super().__init__()
         self._parameters = parameters

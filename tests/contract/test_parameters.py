@@ -9,10 +9,10 @@ import typing
 import pytest
 
 from drake_mobarm import load_scenario
-from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.exceptions import FrozenError, ParameterError
 from drake_mobarm.job import job_names
 
-NUMBERS = (float, int, list[float], list[list[float]])
+NUMBERS = (float, int, tuple[float, ...], tuple[tuple[float, ...], ...])
 NOT_FINITE = (math.nan, math.inf, -math.inf)
 
 
@@ -35,7 +35,7 @@ class Parameter(typing.NamedTuple):
         """Its value with the number in each place that a number has."""
         if self.kind in (float, int):
             return [number]
-        if self.kind == list[list[float]]:
+        if self.kind == tuple[tuple[float, ...], ...]:
             return [[[number, 1.0]], [[0.0, number]]]
         places = self.value or [1.0]
         return [
@@ -149,10 +149,16 @@ def test_parameters_of_every_room_are_reached():
 )
 def test_what_is_not_finite_is_refused_by_name(parameter):
     # What has no limits of its own may well last for ever.
-    pairs = parameter.kind == list[list[float]]
+    pairs = parameter.kind == tuple[tuple[float, ...], ...]
     for number in (math.nan,) if pairs else NOT_FINITE:
         for value in parameter.around(number):
             parameter.refusal(value)
+
+
+@each(ALL)
+def test_a_parameter_cannot_be_set_on_what_was_checked(parameter):
+    with pytest.raises(FrozenError, match=rf"^{parameter.name} .* changed\("):
+        setattr(parameter.owner, parameter.name, parameter.value)
 
 
 @each(OF_NUMBERS)
@@ -167,7 +173,7 @@ def test_the_range_that_a_refusal_states_is_kept(parameter):
     {
         name: parameter
         for name, parameter in OF_NUMBERS.items()
-        if parameter.kind == list[float] and parameter.value
+        if parameter.kind == tuple[float, ...] and parameter.value
     }
 )
 def test_a_list_of_another_length_is_refused_by_name(parameter):

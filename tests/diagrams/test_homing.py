@@ -67,8 +67,9 @@ def test_recording_does_not_change_the_trace():
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_ten_seconds_of_silence_do_not_stop_the_robot(estimator):
-    scenario = open_space(f"estimator={estimator}")
-    scenario.station.beacon.outages = [[1.0, 11.0]]
+    scenario = open_space(
+        f"estimator={estimator}", "station.beacon.outages=[[1, 11]]"
+    )
     result = run(scenario, seed=2)
     assert result.success
     silent = (result.trace["t"] > 1.2) & (result.trace["t"] < 10.9)
@@ -79,8 +80,7 @@ def test_ten_seconds_of_silence_do_not_stop_the_robot(estimator):
 
 
 def test_a_silent_beacon_makes_the_robot_look_around_until_its_time_is_up():
-    scenario = open_space("time_limit=3")
-    scenario.station.beacon.outages = [[0.0, 100.0]]
+    scenario = open_space("time_limit=3", "station.beacon.outages=[[0, 100]]")
     result = run(scenario)
     assert not result.success
     assert np.isnan(result.metrics["goal_position_error_m"])

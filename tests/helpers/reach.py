@@ -64,9 +64,10 @@ def _other_values(owner, name):
         return [value - 1, value + 1]
     if kind is float:
         return [1.01 * value + 0.001, 0.99 * value]
-    if kind == list[float] and value:
+    if kind == tuple[float, ...] and value:
         return [[1.01 * x + 0.001 for x in value], [-x for x in value]]
-    return [[[0.1, 0.2]]] if kind == list[list[float]] else [[20.0] * 6, [0.1]]
+    pairs = kind == tuple[tuple[float, ...], ...]
+    return [[[0.1, 0.2]]] if pairs else [[20.0] * 6, [0.1]]
 
 
 def update_times(system):

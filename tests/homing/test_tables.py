@@ -98,8 +98,9 @@ def test_a_trials_overrides_are_what_its_case_and_its_notes_say():
             "noise": scenario.noise,
             "tau": scenario.hybrid.tau,
         }
-        assert scenario.beacon == beacon(trial)
-        assert scenario.start == [*start(trial), trial.notes["start_yaw_rad"]]
+        assert scenario.beacon == tuple(beacon(trial))
+        yaw = trial.notes["start_yaw_rad"]
+        assert scenario.start == (*start(trial), yaw)
         met.add(trial.case)
     assert met == set(expected)
 

@@ -1,6 +1,8 @@
 """A run checks what it is given anew, and keeps it as it was."""
 
 import copy
+import dataclasses
+import functools
 import pickle
 
 import numpy as np
@@ -8,14 +10,17 @@ import pytest
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
-from drake_mobarm import build_diagram, load_scenario, run
+from drake_mobarm import build_diagram, changed, load_scenario, run
 from drake_mobarm.exceptions import (
     BlockError,
+    FrozenError,
     MobarmError,
     ParameterError,
     ScenarioError,
+    WorldError,
 )
-from drake_mobarm.job import Verdict
+from drake_mobarm.homing.hybrid import HybridParameters
+from drake_mobarm.job import Verdict, job_names
 
 OPEN = ["world=empty", "avoidance=none", "start=[0, 0, 0]", "beacon=[2, 1]"]
 
@@ -24,23 +29,60 @@ def blink():
     return load_scenario("homing", [*OPEN, "time_limit=0.1"])
 
 
+def with_value(part, name, value):
+    """The scenario made by hand with another value, which nobody checked."""
+    first, _, rest = name.partition(".")
+    if rest:
+        value = with_value(getattr(part, first), rest, value)
+    made = copy.copy(part)
+    object.__setattr__(made, first, value)
+    return made
+
+
 def test_a_result_keeps_the_scenario_as_it_was_run():
-    scenario = blink()
-    result = run(scenario)
-    scenario.noise = 1
-    scenario.beacon[0] = 7.0
-    scenario.station.lidar.rays = 90
+    start, beacon = np.zeros(3), [2.0, 1.0]
+    given = dataclasses.replace(blink(), start=start, beacon=beacon)
+    result = run(given)
+    beacon[0], start[0] = 7.0, 3.0
     assert result.scenario == blink()
 
 
-def change(name, value):
-    def apply(scenario):
-        *owners, last = name.split(".")
-        for owner in owners:
-            scenario = getattr(scenario, owner)
-        setattr(scenario, last, value)
+@pytest.mark.parametrize("name", ["noise", "nosie", "beacon", "station"])
+@pytest.mark.parametrize("part", ["", "station", "station.lidar", "hybrid"])
+def test_a_scenario_cannot_be_changed_and_the_refusal_tells_the_way(name, part):
+    owner = functools.reduce(getattr, filter(None, part.split(".")), blink())
+    with pytest.raises(FrozenError, match=rf"^{name} of .* changed\(scenario"):
+        setattr(owner, name, 2)
+    with pytest.raises(FrozenError, match=rf"^{name} of "):
+        delattr(owner, name)
 
-    return apply
+
+def test_no_value_of_a_loaded_scenario_can_be_written_to():
+    def values(part):
+        for field in dataclasses.fields(part):
+            value = getattr(part, field.name)
+            yield from (
+                values(value) if dataclasses.is_dataclass(value) else [value]
+            )
+
+    for job in job_names():
+        for value in values(load_scenario(job)):
+            hash(value)  # A list or an array has none.
+
+
+def test_a_changed_copy_has_the_other_values_and_the_scenario_its_own():
+    scenario = blink()
+    other = changed(
+        scenario,
+        noise=np.int64(2),
+        beacon=np.array([3.0, 1.0]),
+        hybrid=HybridParameters(tau=9.0),
+        **{"station.lidar.rays": 90},
+    )
+    assert scenario == blink()
+    overrides = ["noise=2", "beacon=[3, 1]", "hybrid.tau=9"]
+    overrides += ["station.lidar.rays=90", "time_limit=0.1"]
+    assert other == load_scenario("homing", [*OPEN, *overrides])
 
 
 @pytest.mark.parametrize(
@@ -61,29 +103,60 @@ def change(name, value):
     ],
 )
 @pytest.mark.parametrize("do", [run, build_diagram])
-def test_a_scenario_that_was_changed_is_checked_again(
+def test_a_scenario_that_nobody_checked_is_checked(
     do, name, value, error, words
 ):
-    scenario = blink()
-    change(name, value)(scenario)
     with pytest.raises(error) as caught:
-        do(scenario)
+        do(with_value(blink(), name, value))
     for word in words:
         assert word in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "error", "words"),
+    [
+        ("noise", 33, ParameterError, ["noise", "33", "1, 2, 3, 4, 5"]),
+        ("nosie", 2, ScenarioError, ["unknown key nosie"]),
+        ("station.lidar.rayz", 3, ScenarioError, ["station.lidar.rayz"]),
+        ("noise.level", 3, ScenarioError, ["noise.level", "no parts"]),
+        ("beacon", [50.0, 50.0], ScenarioError, ["beacon", "outside"]),
+        ("start", [-6.0, 2.0, 0.0], ScenarioError, ["start", "inside"]),
+        ("start", "here", ScenarioError, ["start", "not a list"]),
+        ("world", "mars", WorldError, ["mars", "small_house"]),
+        ("diagram", "placement", ScenarioError, ["placement"]),
+        ("diagram", "dancing", ScenarioError, ["dancing", "homing"]),
+    ],
+)
+def test_a_changed_copy_is_checked_in_full(name, value, error, words):
+    with pytest.raises(error) as caught:
+        changed(load_scenario("homing"), **{name: value})
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_only_a_scenario_has_changed_copies():
+    with pytest.raises(ScenarioError, match="no scenario"):
+        changed("homing", noise=2)
+
+
 def test_a_place_that_was_changed_is_checked_again():
     scenario = load_scenario("homing", ["time_limit=0.1"])
-    scenario.start = [-6.0, 2.0, 0.0]
     with pytest.raises(ScenarioError, match="inside an obstacle"):
-        run(scenario)
+        run(dataclasses.replace(scenario, start=[-6.0, 2.0, 0.0]))
+
+
+@pytest.mark.parametrize("do", [run, build_diagram])
+def test_a_scenario_of_another_job_is_refused(do):
+    scenario = dataclasses.replace(blink(), diagram="placement")
+    with pytest.raises(ScenarioError, match=r"HomingScenario .* 'placement'"):
+        do(scenario)
 
 
 def test_arrays_are_as_good_as_lists():
-    scenario = blink()
-    scenario.start = np.zeros(3)
-    scenario.noise = np.int64(3)
-    assert run(scenario, np.int64(2)).scenario.start == [0.0, 0.0, 0.0]
+    scenario = dataclasses.replace(
+        blink(), start=np.zeros(3), noise=np.int64(3)
+    )
+    assert run(scenario, np.int64(2)).scenario.start == (0.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize("seed", [-1, None, 0.5])

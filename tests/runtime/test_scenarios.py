@@ -18,6 +18,7 @@ from drake_mobarm.runtime.scenarios import (
     job_of,
     scenario_names,
 )
+from drake_mobarm.runtime.typed_values import to_values
 
 BOX_WITH_A_ROOM = """<?xml version="1.0"?>
 <sdf version="1.9"><model name="hut"><static>true</static><link name="l">
@@ -75,7 +76,7 @@ def test_every_default_is_spelled_out_and_nothing_else(name, tmp_path):
             if dataclasses.is_dataclass(getattr(part, key)):
                 check(getattr(part, key), value)
             else:
-                assert value == getattr(part, key)
+                assert value == to_values(getattr(part, key))
 
     scenario = load_scenario(name)
     text = dump_scenario(scenario)
@@ -231,4 +232,4 @@ def test_a_world_given_by_path_is_used(tmp_path):
     # Without a wall there is no outside.
     file = write(tmp_path, BOX_WITH_A_ROOM.format(walls=shapes[0]), "fence.sdf")
     places = [f"world={file}", "start=[0, 5, 0]", "beacon=[2, 1]"]
-    assert load_scenario("homing", places).start == [0.0, 5.0, 0.0]
+    assert load_scenario("homing", places).start == (0.0, 5.0, 0.0)

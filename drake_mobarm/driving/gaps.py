@@ -17,7 +17,7 @@ from drake_mobarm.geometry import Array
 _SHRINK = 0.98
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Gaps:
     """Gaps beside the edges of things.
 

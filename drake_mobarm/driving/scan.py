@@ -14,7 +14,7 @@ from drake_mobarm.sensors.lidar import ray_angles
 _NO_RETURN = 0.05
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scan:
     """What the lidar sees now, as points relative to the robot's centre B.
 

@@ -33,7 +33,7 @@ _NEAR_TARGET = 1.5
 _DIRECTIONS = 180
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Situation:
     """What the rules decide on in one update.
 
@@ -66,7 +66,7 @@ class Situation:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FreeAround:
     """How far the robot can go along directions of a full turn.
 

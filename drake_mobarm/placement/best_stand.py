@@ -49,7 +49,7 @@ Candidate = tuple[float, Array, Array]
 `PlaceScores.q`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stand:
     """A pose of the base, and joint positions that reach the target from it.
 

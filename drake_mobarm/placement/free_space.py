@@ -25,7 +25,7 @@ _DISC_SIDES = 32
 _RASTER = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FreeSpace:
     """Where the origin of the base can be without the robot touching anything.
 

@@ -28,7 +28,7 @@ _MOST_SQUARES = 1e6
 _CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FreeGrid:
     """Squares of one size that lie wholly in the free space.
 
@@ -156,7 +156,7 @@ def optimise_grid(
     return grid_at(free, size, float(orientation), float(offset))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Stretches:
     """Stretches of columns that are free and at least a square high.
 

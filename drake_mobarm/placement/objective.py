@@ -82,7 +82,7 @@ class ObjectiveParameters:
         positive_numbers(self, len(self.torque_shape), "torque_shape")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scores:
     """The parts of the objective, each of the batch's shape.
 

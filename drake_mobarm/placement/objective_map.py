@@ -14,7 +14,7 @@ from drake_mobarm.robot.arm_solver import SOLUTIONS
 from drake_mobarm.robot.shape import ARM_BASE_HEIGHT
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlaceScores:
     """The objective of each solution of the arm at each place.
 

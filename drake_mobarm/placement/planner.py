@@ -39,7 +39,7 @@ class PlannerParameters:
         positive(self, "rate")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Placement(Immutable):
     """Where to stand for a target.
 

@@ -26,7 +26,7 @@ MARGIN = 1e-6
 closed-form kinematics agree that the arm reaches the target from there."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ToolTarget:
     """Where the tip of the tool has to be, and from where it has to come.
 

@@ -11,7 +11,7 @@ from drake_mobarm.geometry import Array
 JOINTS = 6
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ArmParameters:
     """Parameters of a six-joint arm with a spherical wrist.
 

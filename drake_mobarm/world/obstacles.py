@@ -11,7 +11,7 @@ from drake_mobarm.geometry import Array
 _CYLINDER_SIDES = 48
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Obstacle:
     """A fixed convex body: its name and its corners p_WV [m], (n, 3)."""
 

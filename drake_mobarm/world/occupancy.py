@@ -12,7 +12,7 @@ from drake_mobarm.world.obstacles import inside
 _MARGIN = 1.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OccupancyGrid:
     """Cells of the floor plan that something stands in.
 

@@ -120,3 +120,10 @@ def positive_numbers(owner: object, count: int, *fields: str) -> None:
 def _bound(text: str) -> float:
     text = text.strip()
     return _BOUNDS[text] if text in _BOUNDS else float(text)
+
+
+def check_seed(seed: Any) -> None:
+    """A seed has to be a whole number that Drake takes."""
+    whole = isinstance(seed, numbers.Integral) and seed is not True
+    require(whole and seed >= 0, "seed", seed, "a whole number, 0 or more")
+    require(seed < 2**63, "seed", seed, "below 2**63")

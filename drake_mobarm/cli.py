@@ -3,10 +3,12 @@
 import argparse
 import logging
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -18,7 +20,11 @@ from drake_mobarm.exceptions import MobarmError, OutputError
 from drake_mobarm.job import find_tables
 from drake_mobarm.runtime.output import staged_folder
 from drake_mobarm.runtime.result import run_files
-from drake_mobarm.runtime.scenarios import load_scenario, scenario_names
+from drake_mobarm.runtime.scenarios import (
+    load_scenario,
+    read_record,
+    scenario_names,
+)
 from drake_mobarm.runtime.simulation import build_diagram, run
 from drake_mobarm.runtime.tables import reproduce
 from drake_mobarm.world.sdf import world_names
@@ -39,8 +45,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # Drake tells on which port Meshcat listens at every recording.
     logging.getLogger("drake").setLevel(logging.WARNING)
     try:
-        code: int = options.command(options)
-        return code
+        with warnings.catch_warnings():
+            warnings.showwarning = _warn
+            code: int = options.command(options)
+            return code
     except MobarmError as error:
         print(f"mobarm: {error}", file=sys.stderr)
         return BAD_INPUT
@@ -52,6 +60,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("mobarm: interrupted", file=sys.stderr)
         return INTERRUPTED
+
+
+def _warn(message: Warning | str, *_: object, **__: object) -> None:
+    print(f"mobarm: {message}", file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -86,7 +98,9 @@ def _make_parser() -> argparse.ArgumentParser:
         help="where to write (default: runs/SCENARIO-seedN)",
     )
     command.add_argument(
-        "--seed", type=_count, default=0, help="of all noise (default: 0)"
+        "--seed",
+        type=_count,
+        help="of all noise (default: the scenario's, or 0)",
     )
     command.add_argument(
         "--set",
@@ -167,9 +181,12 @@ def _positive(text: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scenario = load_scenario(options.scenario, options.overrides)
-    name = Path(options.scenario).stem
-    folder = options.out or Path("runs") / f"{name}-seed{options.seed}"
+    overrides = options.overrides
+    if options.seed is not None:
+        overrides = [*overrides, f"seed={options.seed}"]
+    scenario, seed, is_record = read_record(options.scenario, overrides)
+    name = _name(options.scenario, is_record)
+    folder = options.out or Path("runs") / f"{name}-seed{seed}"
     with staged_folder(folder, run_files()) as stage:
         bar = tqdm(
             total=scenario.time_limit,
@@ -182,7 +199,7 @@ def _run(options: argparse.Namespace) -> int:
         with bar:
             result = run(
                 scenario,
-                options.seed,
+                seed,
                 record=not options.no_html,
                 live=options.live,
                 on_progress=lambda time: bar.update(time - bar.n),
@@ -192,6 +209,14 @@ def _run(options: argparse.Namespace) -> int:
     print(result.describe())
     print(f"open {folder / result.first_file}")
     return SUCCESS if result.success else FAILURE
+
+
+def _name(scenario: str, is_record: bool) -> str:
+    """What a run is called: as its scenario, or as the run it repeats."""
+    file = Path(scenario)
+    if is_record:
+        return re.sub(r"-seed\d+$", "", file.resolve().parent.name)
+    return file.stem
 
 
 def _reproduce(options: argparse.Namespace) -> int:

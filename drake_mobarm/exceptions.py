@@ -29,3 +29,7 @@ class BlockError(MobarmError, ValueError):
 
 class FrozenError(MobarmError, FrozenInstanceError):
     """A value was set on an object that cannot be changed."""
+
+
+class VersionWarning(UserWarning):
+    """A file was written by another version of this library."""

@@ -1,12 +1,14 @@
 """The command line: exit codes, folders, and one line for bad input."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
-from drake_mobarm import Result, cli
+from drake_mobarm import Result, __version__, cli
 
 BLINK = ["--set", "world=empty", "--set", "time_limit=0.3"]
 FILES = {
@@ -19,6 +21,22 @@ FILES = {
 BOX = """<sdf version="1.9"><model name="m"><static>true</static>
 <link name="l"><collision name="bunny"><geometry><mesh><uri>bunny.obj</uri>
 </mesh></geometry></collision></link></model></sdf>"""
+
+OWN = """
+import numpy as np
+from drake_mobarm.diagrams.wiring import Wiring
+from pydrake.systems.primitives import ConstantVectorSource
+
+
+def build(scenario, *, seed, meshcat=None):
+    wiring = Wiring()
+    luck = np.random.default_rng(seed).random()
+    wiring.add_primitive("luck", ConstantVectorSource([luck]), "luck")
+    wiring.add_primitive("end", ConstantVectorSource([1.0]), "end")
+    wiring.log("luck")
+    wiring.export(done="end")
+    return wiring.build("own")
+"""
 
 
 def test_a_run_that_fails_still_writes_its_whole_folder(tmp_path, capsys):
@@ -61,6 +79,59 @@ def test_a_run_that_arrives_exits_with_0(tmp_path):
     assert {f.name for f in (tmp_path / "r").iterdir()} == FILES
     summary = json.loads((tmp_path / "r" / "summary.json").read_text())
     assert summary["success"] is True
+
+
+def traces(*folders):
+    return [dict(np.load(folder / "trace.npz")) for folder in folders]
+
+
+@pytest.mark.parametrize("job", ["homing", "placement", "own"])
+def test_a_run_is_repeated_to_the_bit_from_its_folder(
+    job, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(OWN)
+    (tmp_path / "own.yaml").write_text("diagram: own.py\n")
+    scenario = "own.yaml" if job == "own" else job
+    settings = [] if job == "own" else ["--set", "world=empty"]
+    if job == "homing":
+        settings += ["--set", "noise=3", "--set", "time_limit=0.3"]
+    first, again = tmp_path / "first", tmp_path / "again"
+    run = ["run", scenario, "--no-html", "--seed", "7", "--out", str(first)]
+    code = cli.main([*run, *settings])
+    record = str(first / "scenario.yaml")
+    run = ["run", record, "--no-html"]
+    assert cli.main([*run, "--out", str(again)]) == code
+    for one, other in (traces(first, again),):
+        assert one.keys() == other.keys() > {"t"}
+        for name, values in one.items():
+            np.testing.assert_array_equal(values, other[name])
+    assert (again / "scenario.yaml").read_text() == Path(record).read_text()
+    assert json.loads((again / "summary.json").read_text())["seed"] == 7
+    # Where no folder is named, it is called as the run that it repeats.
+    cli.main(run)
+    assert (tmp_path / "runs" / "first-seed7" / "trace.npz").exists()
+    # A seed that is given goes before the file's.
+    cli.main([*run, "--seed", "8"])
+    summary = tmp_path / "runs" / "first-seed8" / "summary.json"
+    assert json.loads(summary.read_text())["seed"] == 8
+    assert "drake_mobarm" not in capsys.readouterr().err
+
+
+def test_a_record_of_another_version_runs_and_says_so(tmp_path, capsys):
+    run = ["run", "homing", "--no-html", *BLINK]
+    cli.main([*run, "--out", str(tmp_path / "a")])
+    record = tmp_path / "a" / "scenario.yaml"
+    record.write_text(
+        re.sub(r"drake_mobarm: .*", "drake_mobarm: 0.0.1", record.read_text())
+    )
+    capsys.readouterr()
+    again = ["run", str(record), "--no-html", "--out", str(tmp_path / "b")]
+    assert cli.main(again) == 1
+    told = capsys.readouterr().err.splitlines()
+    (line,) = [line for line in told if line.startswith("mobarm:")]
+    assert "0.0.1" in line
+    assert __version__ in line
 
 
 def test_list_names_scenarios_worlds_and_tables(capsys):

@@ -4,8 +4,13 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
-from drake_mobarm.checks import finite_numbers, one_of, within
 from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
+from drake_mobarm.checks import (
+    check_seed,
+    finite_numbers,
+    one_of,
+    within,
+)
 from drake_mobarm.driving.waypoint import ControllerParameters
 from drake_mobarm.frozen import frozen
 from drake_mobarm.homing.avoidance import AvoidanceParameters
@@ -63,6 +68,7 @@ class HomingScenario(HomingParameters):
         time_limit: after which the run ends without success [s].
         calibration_noise: standard deviation of the RSSI samples that the
             beacon's calibration is fitted from [dB].
+        seed: of all noise.
         station: how the robot is simulated, sensed and driven.
     """
 
@@ -73,6 +79,7 @@ class HomingScenario(HomingParameters):
     noise: int = 5
     time_limit: float = 120.0
     calibration_noise: float = 1.0
+    seed: int = 0
     station: StationParameters = field(default_factory=StationParameters)
 
     def __post_init__(self) -> None:
@@ -82,6 +89,7 @@ class HomingScenario(HomingParameters):
         one_of(self, NOISE_CONFIGURATIONS, "noise")
         within(self, "(0, 3600]", "time_limit")
         within(self, "[0, 20)", "calibration_noise")
+        check_seed(self.seed)
 
 
 def _places(scenario: HomingScenario) -> list[Place]:

@@ -10,7 +10,7 @@ import numpy as np
 from drake_mobarm.exceptions import OutputError
 from drake_mobarm.job import Job, RunRecord, find_job, job_names
 from drake_mobarm.runtime.output import staged_folder
-from drake_mobarm.runtime.scenarios import dump_scenario
+from drake_mobarm.runtime.scenarios import dump_record
 from drake_mobarm.signals import element_names
 
 RECORDING = "recording.html"
@@ -126,7 +126,9 @@ class Result(RunRecord):
     def write(self, folder: Path) -> None:
         """Writes the run's files into a folder, which has to be there."""
         (folder / "summary.json").write_text(self.summary() + "\n")
-        (folder / "scenario.yaml").write_text(dump_scenario(self.scenario))
+        (folder / "scenario.yaml").write_text(
+            dump_record(self.scenario, self.seed)
+        )
         (folder / "diagram.dot").write_text(self.diagram_dot)
         # A dict would be typed as the other keywords of savez, too.
         np.savez_compressed(folder / "trace.npz", **self.trace)  # type: ignore[arg-type]

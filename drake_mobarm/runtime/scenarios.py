@@ -1,14 +1,16 @@
 """Scenarios: what to simulate, read from YAML and checked before it runs."""
 
 import dataclasses
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import yaml
 
-from drake_mobarm import diagrams
-from drake_mobarm.exceptions import ScenarioError
+from drake_mobarm import __version__, diagrams
+from drake_mobarm.checks import check_seed
+from drake_mobarm.exceptions import ScenarioError, VersionWarning
 from drake_mobarm.job import Job, find_job, job_names
 from drake_mobarm.runtime.own_diagram import load_own_diagram
 from drake_mobarm.runtime.typed_values import from_values, to_values
@@ -17,14 +19,34 @@ from drake_mobarm.world.sdf import load_world
 
 S = TypeVar("S", bound=Any)
 
+VERSION = "drake_mobarm"
+"""The key of the version that wrote a scenario's file."""
+
 
 def scenario_names() -> list[str]:
     """The shipped scenarios' names."""
     return sorted(_shipped())
 
 
+class Recorded(NamedTuple):
+    """What a scenario's file says.
+
+    Attributes:
+        scenario: of the dataclass that its diagram's job has for it.
+        seed: of all noise.
+        is_record: whether a run has written the file.
+    """
+
+    scenario: Any
+    seed: int
+    is_record: bool
+
+
 def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
     """Reads a scenario and checks it.
+
+    Where the file was written by another version of the library, a warning
+    says so.
 
     Args:
         name_or_path: a shipped scenario's name or the path of a YAML file.
@@ -40,6 +62,11 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
         ParameterError: a value is out of its range.
         WorldError: the world cannot be used.
     """
+    return read_record(name_or_path, overrides).scenario
+
+
+def read_record(name_or_path: str, overrides: Sequence[str] = ()) -> Recorded:
+    """Reads a scenario, checks it, and tells its seed; as `load_scenario`."""
     if isinstance(overrides, str):
         raise ScenarioError(
             f"overrides are {overrides!r}: valid is a list of such texts"
@@ -58,9 +85,21 @@ def load_scenario(name_or_path: str, overrides: Sequence[str] = ()) -> Any:
         job = job_of_diagram(str(values["diagram"]))
     except ScenarioError as error:
         raise ScenarioError(f"{path}: {error}") from error
+    version = values.pop(VERSION, None)
+    if version not in (None, __version__):
+        warnings.warn(
+            f"{path} was written by drake_mobarm {version}, this is "
+            f"{__version__}: the run may be another",
+            VersionWarning,
+            stacklevel=3,
+        )
+    seed = values.get("seed", 0)
+    if not _has_seed(job.scenario):
+        values.pop("seed", None)
     scenario = from_values(job.scenario, values, name_or_path)
     _check(job, scenario)
-    return scenario
+    check_seed(seed)
+    return Recorded(scenario, seed, version is not None)
 
 
 def changed(scenario: S, /, **values: Any) -> S:
@@ -89,12 +128,13 @@ def changed(scenario: S, /, **values: Any) -> S:
     return copy
 
 
-def checked_copy(scenario: Any, job: Job) -> Any:
+def checked_copy(scenario: Any, job: Job, seed: int | None = None) -> Any:
     """A copy of a scenario, checked anew, however it was made.
 
     Args:
         scenario: of any dataclass.
         job: of which it is.
+        seed: that it gets if it has one; None for its own.
 
     Raises:
         ScenarioError: it is no dataclass, or another job's, or a value has a
@@ -108,6 +148,8 @@ def checked_copy(scenario: Any, job: Job) -> Any:
             f"{scenario!r} is no scenario: valid is what load_scenario gives"
         )
     plain = to_values(scenario)
+    if seed is not None and _has_seed(scenario):
+        plain["seed"] = seed
     copy = from_values(type(scenario), plain, "scenario")
     _check(job, copy)
     return copy
@@ -180,6 +222,19 @@ def dump_scenario(scenario: Any) -> str:
         {key: values[key] for key in ordered}, sort_keys=False
     )
     return text
+
+
+def dump_record(scenario: Any, seed: int) -> str:
+    """The scenario as YAML, with what else repeats its run to the bit."""
+    head: dict[str, Any] = {VERSION: __version__}
+    if not _has_seed(scenario):
+        head["seed"] = seed
+    text: str = yaml.safe_dump(head, sort_keys=False)
+    return text + dump_scenario(scenario)
+
+
+def _has_seed(scenario: Any) -> bool:
+    return any(field.name == "seed" for field in dataclasses.fields(scenario))
 
 
 def _valid_diagrams() -> str:

@@ -12,7 +12,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, System
 from pydrake.systems.primitives import VectorLogSink
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import check_seed
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, TRACE
 from drake_mobarm.drawing.stage import FRAMES_PER_SECOND
 from drake_mobarm.exceptions import BlockError
@@ -30,7 +30,7 @@ _RESERVED = ("t", "file")
 def build_diagram(
     scenario: Any,
     *,
-    seed: int = 0,
+    seed: int | None = None,
     meshcat: Meshcat | None = None,
     blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
@@ -39,7 +39,7 @@ def build_diagram(
     Args:
         scenario: from `load_scenario`.
         seed: of all noise that the diagram is built with; the rest is in its
-            context.
+            context. None for the scenario's own.
         meshcat: where to draw, if anywhere.
         blocks: systems that take the places of shipped blocks, by name.
 
@@ -49,13 +49,14 @@ def build_diagram(
         WorldError: the world cannot be used.
         BlockError: a block's ports do not fit, or its name is unknown.
     """
-    job, seed = job_of(scenario), _check_seed(seed)
-    return _build(job, checked_copy(scenario, job), seed, meshcat, blocks)
+    job = job_of(scenario)
+    scenario, seed = _seeded(scenario, job, seed)
+    return _build(job, scenario, seed, meshcat, blocks)
 
 
 def run(
     scenario: Any,
-    seed: int = 0,
+    seed: int | None = None,
     *,
     blocks: Mapping[str, System] = NO_BLOCKS,
     build: Callable[..., Diagram] | None = None,
@@ -71,6 +72,7 @@ def run(
         scenario: what to run, from `load_scenario`; it is copied and checked
             anew.
         seed: of all noise; the same one gives the same trace, to the bit.
+            None for the scenario's own.
         blocks: systems that take the places of shipped blocks, by name. A
             system is part of one diagram: make a new one for each run.
         build: builds another diagram than the scenario names: called as
@@ -92,7 +94,6 @@ def run(
         BlockError: a block's ports do not fit, or its name is unknown; or
             the diagram has no output `done`, or logs that make no trace.
     """
-    seed = _check_seed(seed)
     if build is None:
         job = job_of(scenario)
     else:
@@ -101,7 +102,7 @@ def run(
             scenario=type(scenario),
             module=SimpleNamespace(build=build),
         )
-    scenario = checked_copy(scenario, job)
+    scenario, seed = _seeded(scenario, job, seed)
     meshcat = Meshcat() if record or live else None
     diagram = _build(job, scenario, seed, meshcat, blocks)
     simulator = Simulator(diagram)
@@ -195,11 +196,14 @@ def _walk(diagram: Diagram) -> Iterator[System]:
             yield from _walk(system)
 
 
-def _check_seed(seed: Any) -> int:
-    whole = isinstance(seed, int | np.integer)
-    valid = whole and bool(0 <= seed < 2**63)
-    require(valid, "seed", seed, "a whole number, 0 or more, below 2**63")
-    return int(seed)
+def _seeded(scenario: Any, job: Job, seed: int | None) -> tuple[Any, int]:
+    """A checked copy of a scenario, and the seed of its run."""
+    if seed is not None:
+        check_seed(seed)
+        seed = int(seed)
+    scenario = checked_copy(scenario, job, seed)
+    own = getattr(scenario, "seed", 0)
+    return scenario, own if seed is None else seed
 
 
 def _build(

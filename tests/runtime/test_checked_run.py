@@ -159,8 +159,20 @@ def test_arrays_are_as_good_as_lists():
     assert run(scenario, np.int64(2)).scenario.start == (0.0, 0.0, 0.0)
 
 
-@pytest.mark.parametrize("seed", [-1, None, 0.5])
-def test_a_diagram_is_not_built_from_a_seed_that_is_none(seed):
+def test_a_run_has_the_seed_of_its_scenario_unless_it_is_given_one():
+    scenario = changed(blink(), seed=4)
+    own, given = run(scenario), run(scenario, seed=5)
+    assert (own.seed, own.scenario.seed) == (4, 4)
+    assert (given.seed, given.scenario.seed) == (5, 5)
+    for result in (own, given):
+        again = run(result.scenario)
+        np.testing.assert_array_equal(
+            again.trace["beacon_reading"], result.trace["beacon_reading"]
+        )
+
+
+@pytest.mark.parametrize("seed", [-1, "1", 0.5, True])
+def test_a_diagram_is_not_built_from_a_seed_that_is_no_seed(seed):
     with pytest.raises(ParameterError, match="seed"):
         build_diagram(blink(), seed=seed)
 

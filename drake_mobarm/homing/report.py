@@ -35,6 +35,7 @@ def draw_trajectory(run: RunRecord) -> Figure:
             s=7,
             cmap="YlOrBr",
             vmin=-0.4,
+            vmax=1.0,
             zorder=3,
             linewidths=0,
         )
@@ -67,10 +68,13 @@ def draw_trajectory(run: RunRecord) -> Figure:
             axes, world, np.vstack([path, estimates[-1:], [scenario.beacon]])
         )
         metrics = run.metrics
+        error = metrics["goal_position_error_m"]
+        estimated = f"estimate off by {100 * error:.1f} cm"
+        if np.isnan(error):
+            estimated = "no estimate"
         # Two lines: some buildings are narrow.
         axes.set_title(
-            f"{run.reason}, {metrics['time_to_target_s']:.1f} s\n"
-            f"estimate off by {100 * metrics['goal_position_error_m']:.1f} cm, "
+            f"{run.reason}, {metrics['time_to_target_s']:.1f} s\n{estimated}, "
             f"path efficiency {metrics['path_efficiency']:.2f}",
             loc="left",
         )
@@ -81,13 +85,17 @@ def draw_trajectory(run: RunRecord) -> Figure:
 def describe_homing(run: RunRecord) -> list[tuple[str, str]]:
     """The figures that matter, each with its label."""
     m = run.metrics
+    error = m["goal_position_error_m"]
     return [
         (
             "time",
             f"{m['time_to_target_s']:.1f} s, "
             f"{run.real_time_factor:.0f} times real time",
         ),
-        ("estimate off by", f"{m['goal_position_error_m']:.3f} m"),
+        (
+            "estimate off by",
+            "no estimate" if np.isnan(error) else f"{error:.3f} m",
+        ),
         ("robot to beacon", f"{m['final_position_error_m']:.3f} m"),
         (
             "path",

@@ -1,6 +1,7 @@
 """The command line: mobarm run | reproduce | list | draw."""
 
 import argparse
+import hashlib
 import logging
 import os
 import re
@@ -18,9 +19,10 @@ from tqdm import tqdm
 from drake_mobarm import __version__
 from drake_mobarm.exceptions import MobarmError, OutputError
 from drake_mobarm.job import find_tables
-from drake_mobarm.runtime.output import staged_folder
-from drake_mobarm.runtime.result import run_files
+from drake_mobarm.runtime.output import staged_folder, write_file, writing
+from drake_mobarm.runtime.result import holds_run
 from drake_mobarm.runtime.scenarios import (
+    dump_record,
     load_scenario,
     read_record,
     scenario_names,
@@ -28,6 +30,10 @@ from drake_mobarm.runtime.scenarios import (
 from drake_mobarm.runtime.simulation import build_diagram, run
 from drake_mobarm.runtime.tables import reproduce
 from drake_mobarm.world.sdf import world_names
+
+# Of what is set, in the name of a run's folder.
+_NAME_LENGTH = 60
+_FORCE = "replace what else the folder holds"
 
 SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
@@ -95,8 +101,9 @@ def _make_parser() -> argparse.ArgumentParser:
         "--out",
         type=Path,
         metavar="DIR",
-        help="where to write (default: runs/SCENARIO-seedN)",
+        help="where to write (default: runs/SCENARIO-seedN, with what is set)",
     )
+    command.add_argument("--force", action="store_true", help=_FORCE)
     command.add_argument(
         "--seed",
         type=_count,
@@ -138,8 +145,10 @@ def _make_parser() -> argparse.ArgumentParser:
         "--out",
         type=Path,
         metavar="DIR",
-        help="where to write, and to go on from (default: runs/table-TABLE)",
+        help="where to write, and to go on from "
+        "(default: runs/table-TABLE-seedN)",
     )
+    command.add_argument("--force", action="store_true", help=_FORCE)
     command.add_argument(
         "--dask", metavar="ADDRESS", help="of a Dask scheduler to work on"
     )
@@ -185,9 +194,10 @@ def _run(options: argparse.Namespace) -> int:
     if options.seed is not None:
         overrides = [*overrides, f"seed={options.seed}"]
     scenario, seed, is_record = read_record(options.scenario, overrides)
-    name = _name(options.scenario, is_record)
+    name = _name(options.scenario, options.overrides, is_record)
     folder = options.out or Path("runs") / f"{name}-seed{seed}"
-    with staged_folder(folder, run_files()) as stage:
+    same = holds_run(dump_record(scenario, seed))
+    with staged_folder(folder, same, options.force) as stage:
         bar = tqdm(
             total=scenario.time_limit,
             unit="s",
@@ -205,22 +215,38 @@ def _run(options: argparse.Namespace) -> int:
                 on_progress=lambda time: bar.update(time - bar.n),
                 on_live=lambda address: print(f"watch at {address}"),
             )
-        result.write(stage)
+        with writing(f"output folder {folder}"):
+            shown = result.write(stage)
     print(result.describe())
-    print(f"open {folder / result.first_file}")
+    print(f"open {folder / shown}")
     return SUCCESS if result.success else FAILURE
 
 
-def _name(scenario: str, is_record: bool) -> str:
-    """What a run is called: as its scenario, or as the run it repeats."""
+def _name(scenario: str, overrides: Sequence[str], is_record: bool) -> str:
+    """What a run is called: as its scenario, or as the run that it repeats.
+
+    And as what was set, in few words.
+    """
     file = Path(scenario)
+    name = file.stem
     if is_record:
-        return re.sub(r"-seed\d+$", "", file.resolve().parent.name)
-    return file.stem
+        name = re.sub(r"-seed\d+$", "", file.resolve().parent.name)
+    values = dict(override.split("=", 1) for override in overrides)
+    values.pop("seed", None)
+    settings = "-".join(
+        f"{key}={re.sub(r'[^A-Za-z0-9_.,+-]', '', text.rpartition('/')[2])}"
+        for key, text in sorted(values.items())
+    )
+    if len(settings) > _NAME_LENGTH:
+        digest = hashlib.sha256(settings.encode()).hexdigest()[:8]
+        settings = f"{settings[:_NAME_LENGTH]}-{digest}"
+    return f"{name}-{settings}" if settings else name
 
 
 def _reproduce(options: argparse.Namespace) -> int:
-    folder = options.out or Path("runs") / f"table-{options.table}"
+    some = "" if options.trials is None else f"-trials{options.trials}"
+    name = f"table-{options.table}{some}-seed{options.seed}"
+    folder = options.out or Path("runs") / name
     reproduce(
         options.table,
         folder,
@@ -228,6 +254,7 @@ def _reproduce(options: argparse.Namespace) -> int:
         jobs=options.jobs,
         seed=options.seed,
         dask=options.dask,
+        force=options.force,
     )
     print((folder / "table.md").read_text())
     print(f"written to {folder}")
@@ -253,23 +280,26 @@ def _draw(options: argparse.Namespace) -> int:
     if options.out is None:
         print(dot)
         return SUCCESS
-    with staged_folder(options.out.parent) as stage:
-        drawing = stage / options.out.name
-        if ending == ".svg":
-            _render(dot, drawing)
-        else:
-            drawing.write_text(dot)
+    write_file(options.out, _render(dot) if ending == ".svg" else dot)
     print(f"open {options.out}")
     return SUCCESS
 
 
-def _render(dot: str, drawing: Path) -> None:
+def _render(dot: str) -> str:
+    """DOT as SVG."""
     program = shutil.which("dot")
     if program is None:
         raise OutputError(
-            f"{drawing.name}: SVG needs Graphviz's program `dot`; without it "
+            "--out: SVG needs Graphviz's program `dot`; without it "
             "write a .dot file"
         )
-    subprocess.run(
-        [program, "-Tsvg", "-o", str(drawing)], input=dot, text=True, check=True
+    done = subprocess.run(
+        [program, "-Tsvg"],
+        input=dot,
+        text=True,
+        capture_output=True,
+        check=False,
     )
+    if done.returncode:
+        raise OutputError(f"Graphviz fails: {' '.join(done.stderr.split())}")
+    return done.stdout

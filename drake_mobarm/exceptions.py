@@ -33,3 +33,7 @@ class FrozenError(MobarmError, FrozenInstanceError):
 
 class VersionWarning(UserWarning):
     """A file was written by another version of this library."""
+
+
+class ReportWarning(UserWarning):
+    """A part of a result could not be shown; the result is kept."""

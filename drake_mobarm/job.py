@@ -84,14 +84,12 @@ class Report:
         draw: draws it, as a matplotlib Figure.
         describe: gives the figures that matter, each with its label.
         write_more: writes what else there is into a folder.
-        more_files: the names of what it writes.
     """
 
     picture: str
     draw: Callable[[RunRecord], Any]
     describe: Callable[[RunRecord], list[tuple[str, str]]]
     write_more: Callable[[RunRecord, Path], None] = write_nothing
-    more_files: Sequence[str] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

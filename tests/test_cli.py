@@ -57,7 +57,11 @@ def test_a_run_that_fails_still_writes_its_whole_folder(tmp_path, capsys):
         "wall_s",
         "real_time_factor",
         "metrics",
+        "files",
+        "problems",
     }
+    assert set(summary["files"]) == FILES | {"recording.html"}
+    assert summary["problems"] == []
     assert "<html" in (out / "recording.html").read_text()[:2000].lower()
     trace = np.load(out / "trace.npz")
     assert trace["ground_truth"].shape == (len(trace["t"]), 7)
@@ -241,7 +245,8 @@ def test_a_failed_write_leaves_nothing_behind(tmp_path, monkeypatch):
 
 
 def test_a_recording_of_an_earlier_run_does_not_stay(tmp_path):
-    (tmp_path / "recording.html").write_text("old")
+    run = ["run", "homing", "--out", str(tmp_path), *BLINK]
+    cli.main(run)
     (tmp_path / "notes.txt").write_text("mine")
-    cli.main(["run", "homing", "--no-html", "--out", str(tmp_path), *BLINK])
+    cli.main([*run, "--no-html"])
     assert {f.name for f in tmp_path.iterdir()} == FILES | {"notes.txt"}

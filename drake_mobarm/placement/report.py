@@ -208,5 +208,4 @@ REPORT = Report(
     draw=draw_map,
     describe=describe_placement,
     write_more=write_squares,
-    more_files=("squares.csv",),
 )

@@ -22,6 +22,7 @@ def run_sweep(
     identity: Mapping[str, Any],
     jobs: int | None = None,
     dask: str | None = None,
+    force: bool = False,
 ) -> list[Outcome]:
     """Runs the trials that a file does not hold yet.
 
@@ -35,6 +36,7 @@ def run_sweep(
         identity: what tells this sweep from another, in JSON.
         jobs: processes; None for one a core.
         dask: address of a Dask scheduler to work on instead.
+        force: whether to begin anew where the file holds another sweep.
 
     Returns:
         The outcomes in the trials' order, whatever the order in which they
@@ -44,7 +46,7 @@ def run_sweep(
         OutputError: the file cannot be written, or holds another sweep, or
             no Dask scheduler answers.
     """
-    finished = _open_store(store, identity)
+    finished = _open_store(store, identity, force)
     missing = [t for t in trials if t["trial"] not in finished]
     with _backend(dask), store.open("a", encoding="utf-8") as file:
         parallel = joblib.Parallel(
@@ -72,7 +74,9 @@ def _do(work: Callable[[Trial], Outcome], trial: Trial) -> tuple[int, Outcome]:
     return trial["trial"], work(trial)
 
 
-def _open_store(store: Path, identity: Mapping[str, Any]) -> dict[int, Outcome]:
+def _open_store(
+    store: Path, identity: Mapping[str, Any], force: bool
+) -> dict[int, Outcome]:
     """The finished trials; what a kill left half-written is cut off."""
     head = json.dumps({"sweep": dict(identity)})
     try:
@@ -88,8 +92,11 @@ def _open_store(store: Path, identity: Mapping[str, Any]) -> dict[int, Outcome]:
             f"output folder {store.parent} cannot be written: {error.strerror}"
         ) from error
     if not whole or whole[0].strip() != head:
+        if force:
+            store.unlink()
+            return _open_store(store, identity, False)
         raise OutputError(
-            f"{store} holds another sweep: choose another --out, or remove it"
+            f"{store} holds another sweep: choose another --out, or --force"
         )
     entries = [json.loads(line) for line in whole[1:]]
     return {entry["trial"]: entry["outcome"] for entry in entries}

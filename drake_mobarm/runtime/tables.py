@@ -5,7 +5,9 @@ import io
 import json
 import platform
 import shlex
+import warnings
 from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -13,14 +15,17 @@ from typing import Any
 import numpy as np
 
 from drake_mobarm.checks import require
-from drake_mobarm.exceptions import ParameterError
+from drake_mobarm.exceptions import ParameterError, ReportWarning
 from drake_mobarm.job import Table, Trial, find_tables
-from drake_mobarm.runtime.output import staged_folder
+from drake_mobarm.runtime.output import kept, staged_folder, writing
 from drake_mobarm.runtime.scenarios import dump_scenario, load_scenario
 from drake_mobarm.runtime.simulation import run
 from drake_mobarm.runtime.sweep import Outcome, run_sweep
 
 Row = dict[str, Any]
+
+STORE = "finished.jsonl"
+"""The file of a sweep's finished trials."""
 
 
 def reproduce(
@@ -31,6 +36,7 @@ def reproduce(
     jobs: int | None = None,
     seed: int = 0,
     dask: str | None = None,
+    force: bool = False,
 ) -> dict[str, Any]:
     """Runs a table's experiment and writes its folder.
 
@@ -44,13 +50,15 @@ def reproduce(
         jobs: processes; None for one a core.
         seed: of all trials.
         dask: address of a Dask scheduler to work on.
+        force: whether to replace another result in the folder.
 
     Returns:
         What is in `table.json`.
 
     Raises:
         ParameterError: there is no such table, or a number is out of range.
-        OutputError: the folder cannot be written or holds another sweep.
+        OutputError: the folder cannot be written, is being written, or holds
+            another result or sweep.
     """
     tables = find_tables()
     if name not in tables:
@@ -65,8 +73,9 @@ def reproduce(
     todo = list(table.make_trials(seed, count))
     identity = {"table": name, "trials": count, "seed": seed}
     base = dump_scenario(load_scenario(table.scenario))
-    store = folder / "finished.jsonl"
-    with staged_folder(folder) as stage:
+    store = folder / STORE
+    same = partial(_holds_table, identity)
+    with staged_folder(folder, same, force) as stage:
         outcomes = run_sweep(
             [{"trial": n, "table": name, "do": t} for n, t in enumerate(todo)],
             run_trial,
@@ -74,8 +83,10 @@ def reproduce(
             {**identity, "scenario": base},
             jobs,
             dask,
+            force,
         )
         rows = [outcome["row"] for outcome in outcomes]
+        problems = _draw(table, outcomes, stage)
         content = {
             **identity,
             "versions": _versions(),
@@ -84,38 +95,75 @@ def reproduce(
                 for summary in summarise(table, rows)
             ],
         }
-        (stage / "table.json").write_text(json.dumps(content, indent=2) + "\n")
-        (stage / "table.md").write_text(to_markdown(table, content))
-        (stage / "trials.csv").write_text(to_csv(rows))
-        samples = [np.array(outcome["sample"]) for outcome in outcomes]
-        for file, figure in table.draw(rows, samples).items():
-            figure.savefig(stage / file)
+        with writing(f"output folder {folder}"):
+            (stage / "table.md").write_text(to_markdown(table, content))
+            (stage / "trials.csv").write_text(to_csv(rows))
+            files = ["table.json", *(file.name for file in stage.iterdir())]
+            content |= {"files": sorted(files), "problems": problems}
+            text = json.dumps(content, indent=2) + "\n"
+            (stage / "table.json").write_text(text)
     store.unlink()  # Done: another run is to start anew.
     return content
 
 
+def _draw(table: Table, outcomes: Sequence[Outcome], folder: Path) -> list[str]:
+    """Draws a table's pictures, of the trials that ran to an end.
+
+    Returns:
+        What could not be drawn, and why.
+    """
+    ran = [outcome for outcome in outcomes if outcome["sample"] is not None]
+    rows = [outcome["row"] for outcome in ran]
+    samples = [np.array(outcome["sample"]) for outcome in ran]
+    problems: list[str] = []
+    with kept(problems, "pictures", folder):
+        for file, figure in table.draw(rows, samples).items():
+            with kept(problems, file, folder):
+                figure.savefig(folder / file)
+    for problem in problems:
+        warnings.warn(problem, ReportWarning, stacklevel=2)
+    return problems
+
+
+def _holds_table(identity: Mapping[str, Any], folder: Path) -> bool:
+    """Whether a folder holds this table, or no more than finished trials."""
+    try:
+        content = json.loads((folder / "table.json").read_bytes())
+        return bool(identity.items() <= content.items())
+    except (OSError, ValueError, AttributeError):
+        others = {file.name for file in folder.iterdir()} - {STORE}
+        return all(name.startswith(".") for name in others)
+
+
 def run_trial(work: Mapping[str, Any]) -> Outcome:
-    """Runs one trial of a table.
+    """Runs one trial of a table; an exception is a failure with its cause.
 
     Args:
         work: "trial", its number; "table", the table's name; "do", a Trial.
 
     Returns:
-        "row", what is known of it; "sample", what pictures need of it.
+        "row", what is known of it; "sample", what pictures need of it, None
+        where it raised an exception.
     """
     table, trial = find_tables()[work["table"]], work["do"]
-    result = run(load_scenario(table.scenario, trial.overrides), trial.seed)
+    sample: list[Any] | None = None
+    try:
+        result = run(load_scenario(table.scenario, trial.overrides), trial.seed)
+        found = {"success": result.success, "reason": result.reason}
+        found |= result.metrics
+        sample = np.round(table.sample(result), 4).tolist()
+    except Exception as error:
+        line = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        found = {"success": False, "reason": line}
     row = {
         "trial": work["trial"],
         "case": trial.case,
         "seed": trial.seed,
         **trial.notes,
-        "success": result.success,
-        "reason": result.reason,
-        **result.metrics,
+        **found,
         "command": command(table, trial),
     }
-    return {"row": row, "sample": np.round(table.sample(result), 4).tolist()}
+    return {"row": row, "sample": sample}
 
 
 def command(table: Table, trial: Trial) -> str:
@@ -146,7 +194,9 @@ def summarise(table: Table, rows: Sequence[Row]) -> list[Row]:
         }
         for column in table.columns:
             counted = of_case if column.trials_with else successes
-            values = [row[column.metric] for row in counted]
+            values = [
+                row[column.metric] for row in counted if column.metric in row
+            ]
             if column.trials_with:
                 summary[column.name] = float(sum(values))
                 summary[column.trials_with] = sum(value > 0 for value in values)
@@ -160,7 +210,9 @@ def summarise(table: Table, rows: Sequence[Row]) -> list[Row]:
 def to_csv(rows: Sequence[Row]) -> str:
     """The rows as CSV, one a trial."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    # A trial that raised an exception has no metrics.
+    columns = max((list(row) for row in rows), key=len)
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()

@@ -1,11 +1,13 @@
 """A table's means, its folder, and what it refuses."""
 
+import csv
 import json
+from dataclasses import replace
 
 import pytest
 
 from drake_mobarm import load_scenario
-from drake_mobarm.exceptions import OutputError
+from drake_mobarm.exceptions import OutputError, ReportWarning
 from drake_mobarm.homing.tables import TABLES
 from drake_mobarm.runtime import tables as tables_module
 from drake_mobarm.runtime.tables import reproduce, summarise
@@ -97,3 +99,93 @@ def test_a_sweep_does_not_go_on_where_the_scenarios_defaults_are_others(
     monkeypatch.setattr(tables_module, "load_scenario", other_defaults)
     with pytest.raises(OutputError, match="another sweep"):
         go_on()
+
+
+@pytest.fixture
+def one_trial(monkeypatch):
+    """Table 2.3 with one trial of 0.2 s a case, in one process."""
+    table = TABLES["2.3"]
+
+    def trials(seed, count):
+        for trial in table.make_trials(seed, 1):
+            yield replace(trial, overrides=(*trial.overrides, "time_limit=0.2"))
+
+    short = replace(table, make_trials=trials, draw=lambda rows, samples: {})
+    tables = {"2.3": short}
+    monkeypatch.setattr(tables_module, "find_tables", lambda: tables)
+    return tables
+
+
+def test_a_trial_that_raises_is_a_failure_with_its_cause(
+    one_trial, tmp_path, monkeypatch
+):
+    real = tables_module.run
+
+    def run(scenario, seed):
+        if scenario.noise == 2:
+            raise FloatingPointError("no\nluck")
+        return real(scenario, seed)
+
+    monkeypatch.setattr(tables_module, "run", run)
+    drawn = []
+    one_trial["2.3"] = replace(
+        one_trial["2.3"],
+        draw=lambda rows, samples: drawn.append((rows, samples)) or {},
+    )
+    content = reproduce("2.3", tmp_path, trials=1, jobs=1)
+    assert len(content["rows"]) == 10
+    with (tmp_path / "trials.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        raised = row["case"].endswith("configuration 2")
+        assert (row["reason"] == "FloatingPointError: no luck") == raised
+        assert (row["path_efficiency"] == "") == raised
+        assert row["command"].startswith("mobarm run homing")
+    assert sum("no luck" in row["reason"] for row in rows) == 2
+    # Pictures are of the other trials.
+    ((rows, samples),) = drawn
+    assert len(rows) == len(samples) == 8
+
+
+def test_pictures_that_fail_leave_the_table_and_are_told(one_trial, tmp_path):
+    class Torn:
+        def savefig(self, path):
+            path.write_text("half")
+            raise ValueError("torn")
+
+    for draw, problem in (
+        (lambda rows, samples: 1 / 0, "pictures failed: ZeroDivisionError"),
+        (lambda rows, samples: {"a.png": Torn()}, "a.png failed: ValueError"),
+    ):
+        one_trial["2.3"] = replace(one_trial["2.3"], draw=draw)
+        with pytest.warns(ReportWarning, match=problem):
+            reproduce("2.3", tmp_path, trials=1, jobs=1)
+        content = json.loads((tmp_path / "table.json").read_text())
+        (told,) = content["problems"]
+        assert told.startswith(problem)
+        files = {"table.json", "table.md", "trials.csv"}
+        assert set(content["files"]) == files
+        assert {file.name for file in tmp_path.iterdir()} == files
+
+
+def test_another_table_in_the_folder_is_not_replaced_unless_forced(
+    one_trial, tmp_path
+):
+    reproduce("2.3", tmp_path, trials=1, jobs=1)
+    with pytest.raises(OutputError, match="another result"):
+        reproduce("2.3", tmp_path, trials=1, jobs=1, seed=1)
+    reproduce("2.3", tmp_path, trials=1, jobs=1)
+    content = reproduce("2.3", tmp_path, trials=1, jobs=1, seed=1, force=True)
+    assert content["seed"] == 1
+
+
+def test_another_sweep_that_was_begun_is_dropped_only_by_force(
+    one_trial, tmp_path
+):
+    store = tmp_path / "finished.jsonl"
+    store.write_text('{"sweep": {"table": "2.4"}}\n')
+    with pytest.raises(OutputError, match="another sweep"):
+        reproduce("2.3", tmp_path, trials=1, jobs=1)
+    assert store.exists()
+    reproduce("2.3", tmp_path, trials=1, jobs=1, force=True)
+    assert not store.exists()

@@ -6,10 +6,17 @@ comparison with NaN is false, so that every check of a range refuses it, too.
 
 import math
 import numbers
+import reprlib
 from collections.abc import Iterable
 from typing import Any
 
 from drake_mobarm.exceptions import ParameterError
+
+_SHORT = reprlib.Repr()
+_SHORT.maxlist = _SHORT.maxtuple = _SHORT.maxarray = 8
+_SHORT.maxstring = _SHORT.maxother = 80
+_SHORT.maxlevel = 3
+_LONGEST = 160
 
 _BOUNDS = {
     "pi": math.pi,
@@ -23,7 +30,16 @@ _BOUNDS = {
 def require(holds: bool, field: str, value: object, valid: str) -> None:
     """Raises a ParameterError that says what is valid, unless `holds`."""
     if not holds:
-        raise ParameterError(f"{field} is {value!r}: valid is {valid}")
+        raise ParameterError(f"{field} is {shown(value)}: valid is {valid}")
+
+
+def shown(value: object) -> str:
+    """A value as text for a message: one line, cut where it is long."""
+    try:
+        text = " ".join(_SHORT.repr(value).split())
+    except ValueError:  # Python refuses to write a number of 5000 digits.
+        return f"a very long {type(value).__name__}"
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
 def finite(owner: object, *fields: str) -> None:

@@ -17,6 +17,7 @@ from typing import NoReturn
 from tqdm import tqdm
 
 from drake_mobarm import __version__
+from drake_mobarm.checks import shown
 from drake_mobarm.exceptions import MobarmError, OutputError
 from drake_mobarm.job import find_tables
 from drake_mobarm.runtime.output import staged_folder, write_file, writing
@@ -176,7 +177,7 @@ def _whole_number(text: str, least: int) -> int:
         number = least - 1
     if number < least:
         raise argparse.ArgumentTypeError(
-            f"{text!r}: valid is a whole number, {least} or more"
+            f"{shown(text)}: valid is a whole number, {least} or more"
         )
     return number
 

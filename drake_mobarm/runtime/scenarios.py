@@ -6,18 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-import yaml
-
 from drake_mobarm import __version__, diagrams
-from drake_mobarm.checks import check_seed
+from drake_mobarm.checks import check_seed, shown
 from drake_mobarm.exceptions import ScenarioError, VersionWarning
 from drake_mobarm.job import Job, find_job, job_names
 from drake_mobarm.runtime.own_diagram import load_own_diagram
 from drake_mobarm.runtime.typed_values import from_values, to_values
+from drake_mobarm.runtime.yaml_text import read_yaml, write_yaml
 from drake_mobarm.world.places import check_places
 from drake_mobarm.world.sdf import load_world
 
 S = TypeVar("S", bound=Any)
+
+_LONGEST = 10**6
+"""Bytes of a scenario's file, far above any."""
 
 VERSION = "drake_mobarm"
 """The key of the version that wrote a scenario's file."""
@@ -69,7 +71,7 @@ def read_record(name_or_path: str, overrides: Sequence[str] = ()) -> Recorded:
     """Reads a scenario, checks it, and tells its seed; as `load_scenario`."""
     if isinstance(overrides, str):
         raise ScenarioError(
-            f"overrides are {overrides!r}: valid is a list of such texts"
+            f"overrides are {shown(overrides)}: valid is a list of such texts"
         )
     path = _find(name_or_path)
     values = _parse(path)
@@ -145,7 +147,8 @@ def checked_copy(scenario: Any, job: Job, seed: int | None = None) -> Any:
     """
     if not dataclasses.is_dataclass(scenario) or isinstance(scenario, type):
         raise ScenarioError(
-            f"{scenario!r} is no scenario: valid is what load_scenario gives"
+            f"{shown(scenario)} is no scenario: valid is what load_scenario "
+            "gives"
         )
     plain = to_values(scenario)
     if seed is not None and _has_seed(scenario):
@@ -191,7 +194,8 @@ def job_of(scenario: Any) -> Job:
     diagram = getattr(scenario, "diagram", None)
     if not isinstance(diagram, str):
         raise ScenarioError(
-            f"{scenario!r} is no scenario: valid is what load_scenario gives"
+            f"{shown(scenario)} is no scenario: valid is what load_scenario "
+            "gives"
         )
     return job_of_diagram(diagram)
 
@@ -207,7 +211,7 @@ def job_of_diagram(diagram: str) -> Job:
         return load_own_diagram(Path(diagram))
     if diagram not in job_names():
         raise ScenarioError(
-            f"diagram is {diagram!r}: valid is {_valid_diagrams()}"
+            f"diagram is {shown(diagram)}: valid is {_valid_diagrams()}"
         )
     return find_job(diagram)
 
@@ -218,10 +222,7 @@ def dump_scenario(scenario: Any) -> str:
     # The job's own parameters, which the scenario's class inherits, go last.
     own = type(scenario).__annotations__
     ordered = sorted(values, key=lambda key: key not in own)
-    text: str = yaml.safe_dump(
-        {key: values[key] for key in ordered}, sort_keys=False
-    )
-    return text
+    return write_yaml({key: values[key] for key in ordered})
 
 
 def dump_record(scenario: Any, seed: int) -> str:
@@ -229,8 +230,7 @@ def dump_record(scenario: Any, seed: int) -> str:
     head: dict[str, Any] = {VERSION: __version__}
     if not _has_seed(scenario):
         head["seed"] = seed
-    text: str = yaml.safe_dump(head, sort_keys=False)
-    return text + dump_scenario(scenario)
+    return write_yaml(head) + dump_scenario(scenario)
 
 
 def _has_seed(scenario: Any) -> bool:
@@ -258,47 +258,32 @@ def _find(name_or_path: str) -> Path:
             return path
         raise ScenarioError(f"scenario {path}: there is no such file")
     raise ScenarioError(
-        f"unknown scenario {name_or_path!r}: valid are "
+        f"unknown scenario {shown(name_or_path)}: valid are "
         f"{', '.join(scenario_names())}, or the path of a .yaml file"
     )
 
 
 def _parse(path: Path) -> dict[str, Any]:
     try:
-        values = yaml.load(path.read_text(encoding="utf-8"), _OneKeyEach)
-    except yaml.YAMLError as error:
-        line = " ".join(str(error).split())
-        raise ScenarioError(f"{path} does not parse: {line}") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise ScenarioError(f"{path} cannot be read: {error}") from error
+        with path.open("rb") as file:
+            text = file.read(_LONGEST + 1)
+    except OSError as error:
+        raise ScenarioError(
+            f"{path} cannot be read: {error.strerror}"
+        ) from error
+    if len(text) > _LONGEST:
+        raise ScenarioError(f"{path} is longer than {_LONGEST} bytes")
+    values = read_yaml(text, str(path))
     if not isinstance(values, dict):
         raise ScenarioError(f"{path} does not hold keys and values")
     return values
 
 
-class _OneKeyEach(yaml.SafeLoader):
-    """Refuses a key that is given twice: YAML would take the last, silently."""
-
-    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
-        """The mapping of a node, each key once."""
-        keys = [self.construct_object(key, deep) for key, _ in node.value]
-        for key in keys:
-            if keys.count(key) > 1:
-                raise yaml.YAMLError(f"key {key!r} is given twice")
-        return super().construct_mapping(node, deep)
-
-
 def _override(values: dict[str, Any], override: str) -> None:
     name, separator, text = override.partition("=")
     if not separator or not name:
-        raise ScenarioError(f"--set {override!r}: valid is key.path=value")
-    try:
-        value = yaml.load(text, _OneKeyEach)
-    except yaml.YAMLError as error:
-        raise ScenarioError(
-            f"--set {name}: {text!r} does not parse as YAML"
-        ) from error
-    _put(values, name, value, "--set")
+        raise ScenarioError(f"--set {shown(override)}: valid is key.path=value")
+    _put(values, name, read_yaml(text, f"--set {name}"), "--set")
 
 
 def _put(values: dict[str, Any], name: str, value: Any, where: str) -> None:

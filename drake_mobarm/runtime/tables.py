@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_mobarm.checks import require
+from drake_mobarm.checks import require, shown
 from drake_mobarm.exceptions import ParameterError, ReportWarning
 from drake_mobarm.job import Table, Trial, find_tables
 from drake_mobarm.runtime.output import kept, staged_folder, writing
@@ -63,7 +63,7 @@ def reproduce(
     tables = find_tables()
     if name not in tables:
         raise ParameterError(
-            f"unknown table {name!r}: valid are {', '.join(tables)}"
+            f"unknown table {shown(name)}: valid are {', '.join(tables)}"
         )
     table = tables[name]
     count = table.trials if trials is None else trials

@@ -4,12 +4,12 @@ pydrake's yaml_load_typed sets values past the dataclasses' own checks, and
 does not say what the valid keys are.
 """
 
-import contextlib
 import dataclasses
 import math
 import typing
 from typing import Any
 
+from drake_mobarm.checks import shown
 from drake_mobarm.exceptions import ParameterError, ScenarioError
 
 _VALID_TYPES = (
@@ -42,7 +42,7 @@ def from_values(
     for key in values:
         if key not in names:
             raise ScenarioError(
-                f"{where}: unknown key {prefix}{key}: valid are "
+                f"{where}: unknown key {prefix}{_key(key)}: valid are "
                 f"{', '.join(prefix + name for name in names)}"
             )
     for f in fields:
@@ -65,6 +65,10 @@ def from_values(
         raise ParameterError(f"{where}: {prefix}{error}") from error
 
 
+def _key(key: object) -> str:
+    return key if isinstance(key, str) and len(key) <= 80 else shown(key)
+
+
 def to_values(made: Any) -> Any:
     """The plain values of a dataclass, copied; arrays become lists.
 
@@ -79,6 +83,13 @@ def to_values(made: Any) -> Any:
     return made
 
 
+def _as_float(value: int) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.copysign(math.inf, value)
+
+
 def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
     """The value as `kind`; whole numbers are made float where wanted."""
     if dataclasses.is_dataclass(kind):
@@ -89,7 +100,9 @@ def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
         sequence is tuple and typing.get_args(kind)[1:] == (...,)
     ):
         if not isinstance(value, list):
-            raise ScenarioError(f"{where}: {name} is {value!r}, not a list")
+            raise ScenarioError(
+                f"{where}: {name} is {shown(value)}, not a list"
+            )
         item = typing.get_args(kind)[0]
         return sequence(
             _check_value(item, x, where, f"{name}[{i}]")
@@ -100,19 +113,15 @@ def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:
             f"{where}: {name} is declared as {kind}: valid are {_VALID_TYPES}"
         )
     if kind is float:
-        # YAML 1.1 reads 1e-3 as text.
-        if isinstance(value, str):
-            with contextlib.suppress(ValueError):
-                value = float(value)
         if isinstance(value, int) and not isinstance(value, bool):
-            value = float(value)
+            value = _as_float(value)
         if isinstance(value, float) and not math.isfinite(value):
             raise ScenarioError(
                 f"{where}: {name} is {value}: it has to be finite"
             )
     if not isinstance(value, kind) or (kind is int and isinstance(value, bool)):
         raise ScenarioError(
-            f"{where}: {name} is {value!r}: it has to be of type "
+            f"{where}: {name} is {shown(value)}: it has to be of type "
             f"{kind.__name__}"
         )
     return value

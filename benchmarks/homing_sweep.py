@@ -1,0 +1,178 @@
+"""Many homing runs by one command: options, rows saved as they finish."""
+
+import argparse
+import hashlib
+import json
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core a run.
+
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+
+import drake_mobarm
+from drake_mobarm import load_scenario, run
+from drake_mobarm.exceptions import MobarmError
+from drake_mobarm.geometry import Array
+from drake_mobarm.robot.shape import HEIGHTS
+from drake_mobarm.runtime.sweep import run_sweep
+from drake_mobarm.world.obstacles import outlines
+from drake_mobarm.world.occupancy import OccupancyGrid
+from drake_mobarm.world.sdf import load_world
+
+Row = dict[str, Any]
+
+STAND_RADIUS = 0.28
+"""Of a disc that has to have a way [m]: the robot's and a centimetre."""
+
+# Steps from cell to cell, and back: in the 16 nearest directions.
+_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
+
+
+def parse_sweep(
+    parser: argparse.ArgumentParser, name: str
+) -> argparse.Namespace:
+    """The options of a sweep, and where its rows are saved.
+
+    Args:
+        parser: with the options that this sweep alone has.
+        name: of the sweep, for its files' default names.
+    """
+    parser.add_argument("--avoidance", default="rules")
+    parser.add_argument("--estimator", default="filter")
+    parser.add_argument("--seeds", type=int, default=1, help="runs a case")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY.PATH=VALUE"
+    )
+    parser.add_argument("--only", default="", help="cases with this text only")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, help="a .md; its rows go beside it")
+    options = parser.parse_args()
+    if options.out is None:
+        kind = f"{name}-{options.avoidance}-{options.estimator}.md"
+        options.out = Path("runs") / kind
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    return options
+
+
+def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
+    """Runs homing for each case that is not in the file of rows yet.
+
+    Args:
+        cases: each with its `name`, `overrides` and `seed`, and whatever else
+            its row shall hold.
+        options: of `parse_sweep`.
+
+    Returns:
+        The cases in their order, each with what came out of it.
+    """
+    chosen = [
+        f"avoidance={options.avoidance}",
+        f"estimator={options.estimator}",
+        *options.set,
+    ]
+    trials = [
+        case
+        | {
+            "trial": number,
+            "seed": case["seed"] + again,
+            "overrides": [*case["overrides"], *chosen],
+        }
+        for number, (case, again) in enumerate(
+            (case, again)
+            for case in cases
+            for again in range(options.seeds)
+            if options.only in case["name"]
+        )
+    ]
+    text = json.dumps(trials, sort_keys=True)
+    identity = {
+        "code": digest_of_code(),
+        "cases": hashlib.sha256(text.encode()).hexdigest()[:16],
+    }
+    rows = options.out.with_suffix(".rows.jsonl")
+    try:
+        return run_sweep(trials, run_case, rows, identity, options.jobs)
+    except MobarmError as error:
+        sys.exit(str(error))
+
+
+def run_case(trial: Mapping[str, Any]) -> Row:
+    """One homing run; what raises is a row, too, so that the others run."""
+    words = ["mobarm", "run", "homing", "--seed", str(trial["seed"])]
+    for override in trial["overrides"]:
+        words += ["--set", override]
+    row = {**trial, "command": shlex.join(words)}
+    try:
+        result = run(load_scenario("homing", trial["overrides"]), trial["seed"])
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        return row | {"success": False, "reason": reason}
+    return row | {
+        "success": result.success,
+        "reason": result.reason,
+        "wall_s": round(result.wall_s, 2),
+        **result.metrics,
+    }
+
+
+def digest_of_code() -> str:
+    """Of the package's Python files: rows of other code are not mixed in."""
+    hashed = hashlib.sha256()
+    for path in sorted(Path(drake_mobarm.__file__).parent.rglob("*.py")):
+        hashed.update(path.read_bytes())
+    return hashed.hexdigest()[:16]
+
+
+@lru_cache(maxsize=16)
+def free_floor(world: str) -> tuple[OccupancyGrid, NDArray[np.bool_]]:
+    """A world's grid, and in which cells (ny, nx) the robot can stand."""
+    grid = OccupancyGrid.from_outlines(
+        outlines(load_world(world).obstacles, *HEIGHTS)
+    )
+    return grid, grid.clearance() > STAND_RADIUS
+
+
+def shortest_ways(world: str, start: Sequence[float]) -> Array:
+    """Lengths [m] of the robot's shortest ways to all cells, (ny, nx).
+
+    From cell to cell of 5 cm in 16 directions: up to 3 % more than the true
+    ones; infinite where there is none.
+
+    Args:
+        world: its name or path.
+        start: [x, y] in W [m].
+    """
+    grid, free = free_floor(world)
+    number = np.arange(free.size).reshape(free.shape)
+    steps = []
+    for dy, dx in _STEPS:
+        here, there = _pairs(number, dy, dx)
+        both = free.flat[here] & free.flat[there]
+        length = np.full(both.sum(), grid.cell * np.hypot(dx, dy))
+        steps.append((length, here[both], there[both]))
+    lengths, here, there = map(np.concatenate, zip(*steps, strict=True))
+    size = (free.size, free.size)
+    graph = coo_matrix((lengths, (here, there)), shape=size).tocsr()
+    source = number[grid.index(start)]
+    ways: Array = dijkstra(graph, directed=False, indices=source)
+    return ways.reshape(free.shape)
+
+
+def _pairs(
+    number: NDArray[np.int_], dy: int, dx: int
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Cells and those a step further, by their numbers, (k,) each."""
+    ny, nx = number.shape
+    here = number[: ny - dy, max(0, -dx) : nx - max(0, dx)]
+    there = number[dy:, max(0, dx) : nx + min(0, dx)]
+    return here.ravel(), there.ravel()

@@ -103,7 +103,8 @@ def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
     try:
         return run_sweep(trials, run_case, rows, identity, options.jobs)
     except MobarmError as error:
-        sys.exit(str(error))
+        print(error, file=sys.stderr)
+        sys.exit(2)
 
 
 def run_case(trial: Mapping[str, Any]) -> Row:

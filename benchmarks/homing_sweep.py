@@ -9,13 +9,14 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core a run.
 
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from recycling import in_child
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
@@ -33,6 +34,9 @@ Row = dict[str, Any]
 
 STAND_RADIUS = 0.28
 """Of a disc that has to have a way [m]: the robot's and a centimetre."""
+
+LONGEST = 600.0
+"""Wall time of a homing run [s]: after it, it is stopped."""
 
 # Steps from cell to cell, and back: in the 16 nearest directions.
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
@@ -94,14 +98,29 @@ def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
             if options.only in case["name"]
         )
     ]
+    return run_or_go_on(trials, run_case, options)
+
+
+def run_or_go_on(
+    trials: Sequence[Row],
+    work: Callable[[Mapping[str, Any]], Row],
+    options: argparse.Namespace,
+) -> list[Row]:
+    """Does the trials that are not in the file of rows yet.
+
+    Args:
+        trials: each with its number as `trial`.
+        work: gives a trial's row; picklable.
+        options: with `out` and `jobs`.
+    """
     text = json.dumps(trials, sort_keys=True)
     identity = {
         "code": digest_of_code(),
-        "cases": hashlib.sha256(text.encode()).hexdigest()[:16],
+        "trials": hashlib.sha256(text.encode()).hexdigest()[:16],
     }
     rows = options.out.with_suffix(".rows.jsonl")
     try:
-        return run_sweep(trials, run_case, rows, identity, options.jobs)
+        return run_sweep(trials, work, rows, identity, options.jobs)
     except MobarmError as error:
         print(error, file=sys.stderr)
         sys.exit(2)
@@ -109,21 +128,32 @@ def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
 
 def run_case(trial: Mapping[str, Any]) -> Row:
     """One homing run; what raises is a row, too, so that the others run."""
-    words = ["mobarm", "run", "homing", "--seed", str(trial["seed"])]
-    for override in trial["overrides"]:
-        words += ["--set", override]
-    row = {**trial, "command": shlex.join(words)}
+    row = in_child(_run_case, LONGEST, trial)
+    if "died" in row:
+        row = {"success": False, "reason": row["died"]}
+    return {**trial, "command": command("homing", trial), **row}
+
+
+def _run_case(trial: Mapping[str, Any]) -> Row:
     try:
         result = run(load_scenario("homing", trial["overrides"]), trial["seed"])
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        return row | {"success": False, "reason": reason}
-    return row | {
+        return {"success": False, "reason": reason}
+    return {
         "success": result.success,
         "reason": result.reason,
         "wall_s": round(result.wall_s, 2),
         **result.metrics,
     }
+
+
+def command(scenario: str, trial: Mapping[str, Any]) -> str:
+    """What repeats a run."""
+    words = ["mobarm", "run", scenario, "--seed", str(trial["seed"])]
+    for override in trial["overrides"]:
+        words += ["--set", override]
+    return shlex.join(words)
 
 
 def digest_of_code() -> str:

@@ -1,0 +1,186 @@
+"""Random scenarios and faulty sensors: whatever comes, homing has to hold.
+
+    python benchmarks/fuzz.py [--scenarios 2000] [--faults 60] [--seed 0]
+        [--only TEXT] [--jobs 1] [--out FILE.md]
+
+A random scenario has to give a MobarmError of one line, or a run whose
+commands are finite. Each fault, with either estimator and every avoidance, has
+to leave a run without an exception, whose commands are finite and whose result
+can be saved, and which never arrives more than 0.5 m from the beacon. Without
+avoidance the floor is empty, else it is the small house.
+
+Rows are saved as trials finish: the same command goes on where it was
+interrupted. A trial of more than 20 s (scenarios) or 120 s (faults) is stopped,
+and told, but no violation. Exit code 1 where there are violations, each with
+what repeats it.
+"""
+
+import argparse
+import itertools
+import sys
+import tempfile
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from common import publish
+from faults import FAULTS, make_blocks
+from homing_sweep import Row, command, run_or_go_on
+from random_scenarios import make_scenario, write_worlds
+from recycling import in_child
+
+from drake_mobarm import load_scenario, run
+from drake_mobarm.exceptions import MobarmError
+from drake_mobarm.homing.job import AVOIDANCES, ESTIMATORS
+from drake_mobarm.job import RunRecord
+
+LIMITS = {"scenario": 20.0, "fault": 120.0}  # Of wall time [s].
+ERROR = 0.5  # [m]
+LONGEST_COMMAND = 600  # Characters; a few values have thousands.
+OPEN_FLOOR = ("world=empty", "start=[0, 0, 0.5]", "beacon=[5, 3]")
+HOUSE = ("start=[-2, -3, 0.5]", "beacon=[3.5, 3]")
+
+
+def make_trials(options: argparse.Namespace) -> list[Row]:
+    """Every scenario, then every fault in every combination."""
+    folder = options.out.with_suffix("").resolve()
+    write_worlds(folder)
+    trials = [
+        make_scenario(options.seed, number, folder)
+        for number in range(options.scenarios)
+    ]
+    combinations = itertools.product(
+        list(FAULTS)[: options.faults], ESTIMATORS, AVOIDANCES
+    )
+    for fault, estimator, avoidance in combinations:
+        overrides = [
+            *(OPEN_FLOOR if avoidance == "none" else HOUSE),
+            "time_limit=60",
+            f"estimator={estimator}",
+            f"avoidance={avoidance}",
+        ]
+        trials.append(
+            {
+                "name": f"{fault}, {estimator}, {avoidance}",
+                "fault": fault,
+                "job": "homing",
+                "seed": options.seed,
+                "overrides": overrides,
+            }
+        )
+    chosen = [trial for trial in trials if options.only in trial["name"]]
+    return [{**trial, "trial": n} for n, trial in enumerate(chosen)]
+
+
+def do_trial(trial: Mapping[str, Any]) -> Row:
+    """A trial's row, from a child process."""
+    started = time.perf_counter()
+    seconds = LIMITS["fault" if "fault" in trial else "scenario"]
+    row = in_child(examine, seconds, trial)
+    if "died" in row:
+        row = {"end": "died", "violations": [row["died"]]}
+    spent = round(time.perf_counter() - started, 3)
+    return {**trial, "spent_s": spent, **row}
+
+
+def examine(trial: Mapping[str, Any]) -> Row:
+    """How a trial ended, and what it violates."""
+    try:
+        return _examine(trial)
+    except MobarmError as error:
+        text = f"{type(error).__name__}: {error}"
+        wrong = "fault" in trial or "\n" in text
+        violations = [text] if wrong else []
+        return {"end": "refused", "why": text, "violations": violations}
+    except TimeoutError:
+        return {"end": "stopped", "violations": []}
+    except Exception as error:
+        text = f"{type(error).__name__}: {error}"
+        return {"end": "raised", "violations": [text]}
+
+
+def _examine(trial: Mapping[str, Any]) -> Row:
+    scenario = load_scenario(trial["job"], trial["overrides"])
+    blocks = {}
+    if "fault" in trial:
+        blocks = make_blocks(trial["fault"], scenario)
+    result = run(scenario, trial["seed"], blocks=blocks)
+    violations = find_violations(result)
+    if "fault" in trial:
+        if result.outputs["done"][0] > 0.5:
+            error = result.metrics["final_position_error_m"]
+            if not error <= ERROR:
+                violations.append(f"arrived {error:.2f} m from the beacon")
+        with tempfile.TemporaryDirectory() as folder:
+            result.save(folder)
+    return {
+        "end": "success" if result.success else "no success",
+        "why": result.reason,
+        "simulated_s": result.simulated_s,
+        "violations": violations,
+    }
+
+
+def find_violations(result: RunRecord) -> list[str]:
+    """Commands of a run that are not finite."""
+    command = result.trace.get("commanded_base_velocity", np.zeros((0, 2)))
+    wrong = ~np.isfinite(command).all(axis=1)
+    if not wrong.any():
+        return []
+    first = result.trace["t"][wrong][0]
+    return [f"a command is not finite, first at {first:g} s"]
+
+
+def repeat(row: Row, options: argparse.Namespace) -> str:
+    """What repeats a trial."""
+    if "fault" not in row and len(command(row["job"], row)) < LONGEST_COMMAND:
+        return command(row["job"], row)
+    return (
+        f"python benchmarks/fuzz.py --seed {options.seed} "
+        f"--only '{row['name']}'"
+    )
+
+
+def main() -> None:
+    """Runs what is missing, prints and writes what it found."""
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--scenarios", type=int, default=2000)
+    parser.add_argument("--faults", type=int, default=len(FAULTS))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", default="", help="trials with this text only")
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--out", type=Path, default=Path("runs/fuzz.md"))
+    options = parser.parse_args()
+    options.out.parent.mkdir(parents=True, exist_ok=True)
+    rows = run_or_go_on(make_trials(options), do_trial, options)
+    lines = [
+        "| trials | number | refused | success | no success | stopped | "
+        "violations | wall time [s] | a trial [s] |",
+        "| --- |" + " ---: |" * 8,
+    ]
+    for kind in ("scenario", "fault"):
+        of_kind = [row for row in rows if ("fault" in row) == (kind == "fault")]
+        cells: list[Any] = [f"{kind}s", len(of_kind)]
+        for end in ("refused", "success", "no success", "stopped"):
+            cells.append(sum(row["end"] == end for row in of_kind))
+        cells.append(sum(bool(row["violations"]) for row in of_kind))
+        spent = sum(row["spent_s"] for row in of_kind)
+        cells += [f"{spent:.0f}", f"{spent / max(len(of_kind), 1):.2f}"]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    lines.append("")
+    for row in rows:
+        told = row["violations"] + ["stopped"] * (row["end"] == "stopped")
+        for text in told:
+            line = " ".join(text.split())[:300]
+            lines.append(f"- {row['name']}: {line}: `{repeat(row, options)}`")
+    publish(lines, rows, options.out)
+    sys.exit(any(row["violations"] for row in rows))
+
+
+if __name__ == "__main__":
+    main()

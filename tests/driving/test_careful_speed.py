@@ -31,6 +31,14 @@ def test_speed_stops_before_what_is_on_the_way():
     assert speed == pytest.approx(math.sqrt(2 * 0.5 * (0.5 - 0.3 - 0.03)))
 
 
+def test_speed_stops_before_what_is_on_the_way_that_it_turns_to():
+    # The robot looks along x, its way is along y: 0.5 m less the radius.
+    ahead, opposite = ([[0.0, y]] for y in (0.5, -0.5))
+    speed = careful_speed(scan_of([], ahead), math.pi / 2, 0.3, CARE)
+    assert speed == pytest.approx(math.sqrt(2 * 0.5 * (0.5 - 0.3)))
+    assert careful_speed(scan_of([], opposite), math.pi / 2, 0.3, CARE) == 1.0
+
+
 def test_speed_grows_with_the_clearance_beside():
     # 0.7 m aside, less 0.3 m: half the care distance.
     assert careful_speed(

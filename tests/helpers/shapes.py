@@ -35,3 +35,15 @@ def box(low, high):
     """An obstacle along the axes, from its least corner to its greatest."""
     low, high = np.array(low), np.array(high)
     return Obstacle("box", box_corners(high - low) + (low + high) / 2)
+
+
+def write_wall(folder):
+    """The path of a world of one wall, 10 m long, its face at x = 3 m."""
+    path = folder / "wall.sdf"
+    path.write_text(
+        '<sdf version="1.9"><model name="wall"><static>true</static>'
+        '<link name="wall"><collision name="wall"><pose>4 0 1 0 0 0</pose>'
+        "<geometry><box><size>2 10 2</size></box></geometry>"
+        "</collision></link></model></sdf>"
+    )
+    return path

@@ -194,6 +194,21 @@ def test_objective_is_that_of_the_solutions_joints():
             assert j == pytest.approx(float(OBJECTIVE.scores(q).objective))
 
 
+def test_solutions_that_the_motors_cannot_hold_are_left_out():
+    rng = np.random.default_rng(6)
+    places = places_around(FORWARD, 100, rng)
+    light = score(FORWARD, places)
+    heavy = replace(PLAIN, payload=2.0)
+    kept = score(FORWARD, places, PlacementObjective(ARM, heavy))
+    solved = ~np.isnan(light.objective)
+    torque = ARM.holding_torque(light.q[solved], 2.0)
+    load = np.abs(torque / ARM.torque_limit).max(axis=-1)
+    # A little too much, far too much, and not too much.
+    counts, _ = np.histogram(load, [0, 1, 1.5, 2, np.inf])
+    assert (counts[:2] > 0).all()
+    np.testing.assert_array_equal(~np.isnan(kept.objective[solved]), load <= 1)
+
+
 def test_no_places_have_no_scores():
     scored = score(FORWARD, np.empty((0, 2)))
     assert scored.places.shape == (0, 2)

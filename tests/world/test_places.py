@@ -49,6 +49,8 @@ def test_a_point_may_be_nearer_to_a_wall_than_the_robot():
     check(ROOM, 1.99, 0.0)
     with pytest.raises(ScenarioError, match=r"0\.26 m are free .* 0\.27 m"):
         check(ROOM, 1.74, 0.0, robot=True)
+    with pytest.raises(ScenarioError):
+        check(ROOM, 1.731, 0.0, robot=True)
 
 
 def test_a_place_inside_an_obstacle_is_refused_with_its_name_and_the_worlds():

@@ -9,7 +9,7 @@ to leave a run without an exception, whose commands are finite and whose result
 can be saved, and which never arrives more than 0.5 m from the beacon. Without
 avoidance the floor is empty, else it is the small house.
 
-Rows are saved as trials finish: the same command goes on where it was
+Trials are saved in runs/ as they finish: the same command goes on where it was
 interrupted. A trial of more than 20 s (scenarios) or 120 s (faults) is stopped,
 and told, but no violation. Exit code 1 where there are violations, each with
 what repeats it.
@@ -21,13 +21,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import publish
+from common import parse, publish
 from faults import FAULTS, make_blocks
-from homing_sweep import Row, command, run_or_go_on
+from homing_sweep import WORKING, Row, command, run_or_go_on
 from random_scenarios import make_scenario, write_worlds
 from recycling import in_child
 
@@ -45,7 +44,7 @@ HOUSE = ("start=[-2, -3, 0.5]", "beacon=[3.5, 3]")
 
 def make_trials(options: argparse.Namespace) -> list[Row]:
     """Every scenario, then every fault in every combination."""
-    folder = options.out.with_suffix("").resolve()
+    folder = WORKING / "fuzz"
     write_worlds(folder)
     trials = [
         make_scenario(options.seed, number, folder)
@@ -154,10 +153,8 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="trials with this text only")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--out", type=Path, default=Path("runs/fuzz.md"))
-    options = parser.parse_args()
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    rows = run_or_go_on(make_trials(options), do_trial, options)
+    options = parse(parser)
+    rows = run_or_go_on("fuzz", make_trials(options), do_trial, options.jobs)
     lines = [
         "| trials | number | refused | success | no success | stopped | "
         "violations | wall time [s] | a trial [s] |",

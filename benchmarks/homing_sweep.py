@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from common import parse
 from numpy.typing import NDArray
 from recycling import in_child
 from scipy.sparse import coo_matrix
@@ -24,6 +25,7 @@ import drake_mobarm
 from drake_mobarm import load_scenario, run
 from drake_mobarm.exceptions import MobarmError
 from drake_mobarm.geometry import Array
+from drake_mobarm.homing.job import AVOIDANCES, ESTIMATORS, HomingParameters
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.runtime.sweep import run_sweep
 from drake_mobarm.world.obstacles import outlines
@@ -35,6 +37,9 @@ Row = dict[str, Any]
 STAND_RADIUS = 0.28
 """Of a disc that has to have a way [m]: the robot's and a centimetre."""
 
+WORKING = Path("runs")
+"""Where sweeps keep their rows until they are done, and what they write."""
+
 LONGEST = 600.0
 """Wall time of a homing run [s]: after it, it is stopped."""
 
@@ -42,36 +47,43 @@ LONGEST = 600.0
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1), (1, 2), (2, 1), (1, -2), (2, -1))
 
 
-def parse_sweep(
-    parser: argparse.ArgumentParser, name: str
-) -> argparse.Namespace:
-    """The options of a sweep, and where its rows are saved.
+def parse_sweep(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """The options of a sweep.
 
     Args:
         parser: with the options that this sweep alone has.
-        name: of the sweep, for its files' default names.
     """
-    parser.add_argument("--avoidance", default="rules")
-    parser.add_argument("--estimator", default="filter")
+    shipped = HomingParameters()
+    parser.add_argument(
+        "--avoidance", choices=AVOIDANCES, default=shipped.avoidance
+    )
+    parser.add_argument(
+        "--estimator", choices=ESTIMATORS, default=shipped.estimator
+    )
     parser.add_argument("--seeds", type=int, default=1, help="runs a case")
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY.PATH=VALUE"
     )
     parser.add_argument("--only", default="", help="cases with this text only")
     parser.add_argument("--jobs", type=int, default=1, help="processes")
-    parser.add_argument("--out", type=Path, help="a .md; its rows go beside it")
-    options = parser.parse_args()
-    if options.out is None:
-        kind = f"{name}-{options.avoidance}-{options.estimator}.md"
-        options.out = Path("runs") / kind
-    options.out.parent.mkdir(parents=True, exist_ok=True)
-    return options
+    return parse(parser)
 
 
-def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
+def describe(options: argparse.Namespace) -> str:
+    """The command that was given, and what it left to defaults."""
+    return (
+        f"`python {shlex.join(sys.argv)}` (avoidance {options.avoidance}, "
+        f"estimator {options.estimator})"
+    )
+
+
+def sweep(
+    name: str, cases: Sequence[Row], options: argparse.Namespace
+) -> list[Row]:
     """Runs homing for each case that is not in the file of rows yet.
 
     Args:
+        name: of the sweep.
         cases: each with its `name`, `overrides` and `seed`, and whatever else
             its row shall hold.
         options: of `parse_sweep`.
@@ -98,32 +110,36 @@ def sweep(cases: Sequence[Row], options: argparse.Namespace) -> list[Row]:
             if options.only in case["name"]
         )
     ]
-    return run_or_go_on(trials, run_case, options)
+    return run_or_go_on(name, trials, run_case, options.jobs)
 
 
 def run_or_go_on(
+    name: str,
     trials: Sequence[Row],
     work: Callable[[Mapping[str, Any]], Row],
-    options: argparse.Namespace,
+    jobs: int,
 ) -> list[Row]:
-    """Does the trials that are not in the file of rows yet.
+    """Does the trials that are not in the sweep's file of rows yet.
+
+    The file is there until all trials are done; other trials or other code
+    have another one.
 
     Args:
+        name: of the sweep.
         trials: each with its number as `trial`.
         work: gives a trial's row; picklable.
-        options: with `out` and `jobs`.
+        jobs: processes.
     """
-    text = json.dumps(trials, sort_keys=True)
-    identity = {
-        "code": digest_of_code(),
-        "trials": hashlib.sha256(text.encode()).hexdigest()[:16],
-    }
-    rows = options.out.with_suffix(".rows.jsonl")
+    content = json.dumps([digest_of_code(), trials], sort_keys=True)
+    digest = hashlib.sha256(content.encode()).hexdigest()[:16]
+    file = WORKING / f"{name}-{digest}.jsonl"
     try:
-        return run_sweep(trials, work, rows, identity, options.jobs)
+        rows = run_sweep(trials, work, file, {"sweep": digest}, jobs)
     except MobarmError as error:
         print(error, file=sys.stderr)
         sys.exit(2)
+    file.unlink()
+    return rows
 
 
 def run_case(trial: Mapping[str, Any]) -> Row:

@@ -5,9 +5,9 @@
         [--out FILE.md]
 
 Starts are where a disc of 0.28 m can stand and drive to the shipped scenario's
-beacon, at least 1 m from it, each with a random heading by its seed. Rows are
-saved as runs finish: the same command goes on where it was interrupted. Exit
-code 1 where a run has no success.
+beacon, at least 1 m from it, each with a random heading of its own. Runs are
+saved in runs/ as they finish: the same command goes on where it was
+interrupted. Exit code 1 where one has no success.
 """
 
 import argparse
@@ -16,7 +16,14 @@ from collections.abc import Iterator
 
 import numpy as np
 from common import publish
-from homing_sweep import Row, free_floor, parse_sweep, shortest_ways, sweep
+from homing_sweep import (
+    Row,
+    describe,
+    free_floor,
+    parse_sweep,
+    shortest_ways,
+    sweep,
+)
 
 from drake_mobarm import load_scenario
 
@@ -56,13 +63,12 @@ def main() -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    options = parse_sweep(parser, "house_grid")
-    rows = sweep(list(make_cases()), options)
+    options = parse_sweep(parser)
+    rows = sweep("house_grid", list(make_cases()), options)
     reached = [row for row in rows if row["success"]]
     times = sorted(row["time_to_target_s"] for row in reached)
     lines = [
-        f"`python benchmarks/house_grid.py --avoidance {options.avoidance} "
-        f"--estimator {options.estimator} --seeds {options.seeds}`",
+        describe(options),
         "",
         "| starts | runs | reached | longest time [s] | median [s] | contacts "
         "| runs with contact |",

@@ -4,11 +4,12 @@
         [--seeds 1] [--only TEXT] [--set KEY.PATH=VALUE]... [--jobs 1]
         [--out FILE.md]
 
-The buildings of `buildings.py` are written as SDF beside the rows. A run has
-30 s and the shortest way at 0.3 m/s; "shortest" is the shortest way of a disc
-of 0.28 m in the true building, and efficiency is that, less the distance that
-is left, over the way travelled. Rows are saved as runs finish: the same command
-goes on where it was interrupted. Exit code 1 where a run has no success.
+The buildings of `buildings.py` are written as SDF to runs/other_worlds. A run
+has 30 s and the shortest way at 0.3 m/s; "shortest" is the shortest way of a
+disc of 0.28 m in the true building, and efficiency is that, less the distance
+that is left, over the way travelled. Runs are saved in runs/ as they finish:
+the same command goes on where it was interrupted. Exit code 1 where one has no
+success.
 """
 
 import argparse
@@ -18,7 +19,15 @@ from pathlib import Path
 
 from buildings import BUILDINGS
 from common import publish
-from homing_sweep import Row, free_floor, parse_sweep, shortest_ways, sweep
+from homing_sweep import (
+    WORKING,
+    Row,
+    describe,
+    free_floor,
+    parse_sweep,
+    shortest_ways,
+    sweep,
+)
 
 SLOW = 0.3  # [m/s]
 LOOK_AROUND = 30.0  # [s]
@@ -26,10 +35,10 @@ LOOK_AROUND = 30.0  # [s]
 
 def make_cases(folder: Path) -> Iterator[Row]:
     """Every errand; writes the buildings into a folder."""
-    folder.mkdir(exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
     for make in BUILDINGS:
         building = make()
-        path = str(building.write(folder).resolve())
+        path = str(building.write(folder))
         for name, (start, beacon) in building.errands.items():
             grid, _ = free_floor(path)
             shortest = shortest_ways(path, start[:2])[grid.index(beacon)]
@@ -73,12 +82,12 @@ def main() -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    options = parse_sweep(parser, "other_worlds")
-    rows = sweep(list(make_cases(options.out.with_suffix(""))), options)
+    options = parse_sweep(parser)
+    cases = list(make_cases(WORKING / "other_worlds"))
+    rows = sweep("other_worlds", cases, options)
     reached = [row for row in rows if row["success"]]
     lines = [
-        f"`python benchmarks/other_worlds.py --avoidance {options.avoidance} "
-        f"--estimator {options.estimator} --seeds {options.seeds}`: "
+        f"{describe(options)}: "
         f"{len(reached)} of {len(rows)} reached, "
         f"{sum(row.get('contacts', 0) for row in rows):.0f} contacts.",
         "",

@@ -9,11 +9,12 @@ from drake_mobarm.driving.careful_speed import CareParameters
 from drake_mobarm.driving.route import Route, RouteParameters
 from drake_mobarm.driving.seen_map import SeenMap
 from drake_mobarm.driving.touch import Recovery, TouchParameters
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.immutable import Immutable
 
 
-@dataclass(kw_only=True)
+@frozen
 class MapAvoidanceParameters:
     """How a robot drives by a map of what it sees.
 

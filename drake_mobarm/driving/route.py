@@ -12,6 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 from drake_mobarm.checks import positive, require, within
 from drake_mobarm.driving.gaps import clearance_ahead
 from drake_mobarm.driving.scan import Scan, lengths
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.shape import RADIUS
 
@@ -40,7 +41,7 @@ _WIDE = 0.55
 _LEAVE = 0.35
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen
 class RouteParameters:
     """What a way costs.
 

@@ -13,6 +13,7 @@ import numpy as np
 from drake_mobarm.checks import positive
 from drake_mobarm.driving.gaps import unit
 from drake_mobarm.driving.scan import Scan, length
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.robot.shape import RADIUS
 
@@ -40,7 +41,7 @@ ROUNDING = 1e-6
 """Times are sums of periods [s], whose rounding must not cost one."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen
 class TouchParameters:
     """When a robot counts as touching something, and what it does then.
 

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any
 
-from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
 from drake_mobarm.checks import (
     check_seed,
     finite_numbers,
     one_of,
     within,
 )
+from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
 from drake_mobarm.driving.waypoint import ControllerParameters
 from drake_mobarm.frozen import frozen
 from drake_mobarm.homing.avoidance import AvoidanceParameters

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
 from drake_mobarm.checks import positive, within
+from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array, transform_points, wrap_angle
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.sensors.lidar import ray_angles
@@ -43,7 +44,7 @@ _TRIM = (0.6, 0.12)
 _ITERATIONS = 12
 
 
-@dataclass(frozen=True, kw_only=True)
+@frozen
 class ScanMatchingParameters:
     """When odometry is believed, and when the lidar.
 

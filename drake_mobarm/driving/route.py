@@ -220,7 +220,7 @@ def place_ahead(
     return places[chosen], chosen == len(places) - 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Lattice:
     """Places (ny, nx) of a lattice, numbered along x first."""
 
@@ -244,7 +244,7 @@ class _Lattice:
         return numbers
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Links:
     """The lattice's links, as a sparse matrix's rows hold them."""
 

@@ -25,11 +25,7 @@ from drake_mobarm.homing.systems import (
 from drake_mobarm.homing.view import HomingView
 from drake_mobarm.job import spawn_seeds
 from drake_mobarm.robot.shape import ANTENNA_POSITION
-from drake_mobarm.sensors.beacon import (
-    NOISE_CONFIGURATIONS,
-    Beacon,
-    BeaconNoise,
-)
+from drake_mobarm.sensors.beacon import Beacon
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
 from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
@@ -43,7 +39,6 @@ def build_job(
     parameters: HomingParameters,
     *,
     calibration: RssiModel,
-    noise: BeaconNoise,
     station: StationParameters,
     blocks: Mapping[str, System] = NO_BLOCKS,
 ) -> Diagram:
@@ -52,8 +47,6 @@ def build_job(
     Args:
         parameters: how the robot homes.
         calibration: of the beacon's RSSI.
-        noise: of its readings, as far as it is known; the hybrid estimator
-            does not use it.
         station: what is known of the robot's sensors.
         blocks: systems in the places of some of `HOMING_BLOCKS`.
 
@@ -74,7 +67,7 @@ def build_job(
         law = (
             HybridEstimator(parameters.hybrid)
             if parameters.estimator == "hybrid"
-            else FilterEstimator(parameters.filter, noise)
+            else FilterEstimator(parameters.filter)
         )
         return TargetEstimator(
             law,
@@ -175,7 +168,6 @@ def build(
         lambda: build_job(
             scenario,
             calibration=calibration,
-            noise=NOISE_CONFIGURATIONS[scenario.noise],
             station=scenario.station,
             blocks=of_job,
         ),

@@ -1,12 +1,10 @@
-"""A recursive bearing-and-range filter for a static target, ours.
+"""Our estimator of a static target: a robust fit to the last readings.
 
-An extended Kalman filter on the target's position. It differs from the hybrid
-of section 2.3.1.3 in that each reading is weighted by its noise: a bearing and
-a distance both tell more from near by. Two things keep the filter from
-trusting its distances too early: it starts in the middle of all distances that
-the first reading allows, and it linearises the distance over the width of its
-belief. Iterating the update was tried; in configuration 5 it made the error
-larger.
+It differs from the hybrid of section 2.3.1.3 in that each reading is weighted
+by its noise, which it finds itself, and in when it tells an arrival: where no
+other place explains the readings nearly as well, neither with the distances
+nor by the bearings alone. A strength that is wrong, always or for a while, so
+cannot make it arrive elsewhere.
 """
 
 import math
@@ -15,22 +13,38 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from drake_mobarm.checks import at_least, not_negative, positive
+from drake_mobarm.checks import at_least, not_negative, one_of, positive
 from drake_mobarm.frozen import frozen
-from drake_mobarm.geometry import Array, wrap_angle
-from drake_mobarm.homing.vector import vector_position
-from drake_mobarm.immutable import Immutable
-from drake_mobarm.sensors.beacon import (
-    MIN_DISTANCE,
-    BeaconNoise,
-    distance_moments,
+from drake_mobarm.geometry import Array
+from drake_mobarm.homing.fit import (
+    WAY,
+    Fit,
+    Noise,
+    X,
+    Y,
+    first_fit,
+    log_likelihoods,
+    refine,
+    slide,
 )
+from drake_mobarm.immutable import Immutable
+from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 
-Pair = tuple[float, float]
-Matrix = tuple[Pair, Pair]
-"""Of 2 x 2 numbers, by rows."""
-
-_IDENTITY = ((1.0, 0.0), (0.0, 1.0))
+# Other places are tried this many times the arrival radius away, in so many
+# directions: a wrong fit is often just before or far behind the target.
+_RINGS = (1.0, 2.5, 6.0, 15.0)
+_DIRECTIONS = 8
+# They are tried while the antenna is this near to the estimate [m].
+_TRIED_WITHIN = 0.55
+# A place that is better by this [-] becomes the estimate.
+_BETTER = 0.5
+# Where strength and bearings disagree by more than a factor of 2, distances
+# do not count.
+_BELIEVED_LOG_GAIN = math.log(2)
+# Bearings whose squared error is so many times their variance are at odds.
+_SURPRISE = 9.0
+# A distance that no Bluetooth reaches [m]: beyond it is no reading.
+_FARTHEST = 1000.0
 
 
 @frozen
@@ -38,74 +52,73 @@ class FilterParameters:
     """Parameters of the filter; none is in the dissertation but 0.3 m.
 
     Attributes:
-        angle_floor: least standard deviation of a bearing [rad], positive.
-        distance_floor: least standard deviation of a distance [m], positive.
+        told: the noise to begin with, a configuration of Table 2.2, or 0 to
+            tell nothing, which begins with the widest. The filter finds the
+            true one within some readings.
+        window: how many readings are kept [-].
         drift: standard deviation of odometry, which grows with the root of
-            the way [m/sqrt(m)], at least 0.
-        gate: squared Mahalanobis distance [-] beyond which a reading is
-            refused, positive; 13.8 is 99.9 % for two numbers.
-        patience: refused readings in a row [-] after which the filter starts
-            again, at least 1.
-        arrival_distance: robot to estimate [m], positive.
-        arrival_deviation: largest standard deviation at arrival [m],
-            positive.
+            the way [m/sqrt(m)].
+        patience: where the bearings of most of so many last readings [-] are
+            at odds with all, the filter starts again from these.
+        arrival_distance: from the robot to the estimate [m].
+        arrival_radius: how far [m] from the estimate no place may explain
+            the readings nearly as well.
+        arrival_margin: by how much worse such a place has to do at least, in
+            the logarithm of its likelihood [-]. 4.5 is three standard
+            deviations.
     """
 
-    angle_floor: float = 0.01
-    distance_floor: float = 0.01
+    told: int = 0
+    window: int = 300
     drift: float = 0.005
-    gate: float = 13.8
     patience: int = 20
     arrival_distance: float = 0.3
-    arrival_deviation: float = 0.035
+    arrival_radius: float = 0.1
+    arrival_margin: float = 4.5
 
     def __post_init__(self) -> None:
-        positive(
-            self,
-            "angle_floor",
-            "distance_floor",
-            "gate",
-            "arrival_distance",
-            "arrival_deviation",
-        )
+        one_of(self, (0, *NOISE_CONFIGURATIONS), "told")
+        at_least(self, 20, "window")
         not_negative(self, "drift")
-        at_least(self, 1, "patience")
+        at_least(self, 5, "patience")
+        positive(self, "arrival_distance", "arrival_radius", "arrival_margin")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FilterState(Immutable):
-    """The filter's belief; position and p_WA are None before a reading.
+    """The readings and what they tell; no fit before a reading.
 
     Attributes:
-        position: the estimated target p_WT [m], (2,).
-        covariance: of it [m^2], (2, 2).
-        p_WA: where the last reading was taken [m], (2,).
-        refused: readings refused in a row [-].
+        readings: the last ones, newest last, (n, 5), with the columns of
+            `homing.fit`.
+        fit: to them.
+        margins: by how much worse the best place of each ring about the
+            estimate explains the readings, or the bearings alone where that
+            is less [-], (rings,), the nearest ring first; None where the
+            robot is too far away to ask.
     """
 
-    position: Array | None = None
-    covariance: Array | None = None
-    p_WA: Array | None = None
-    refused: int = 0
+    readings: Array
+    fit: Fit | None = None
+    margins: Array | None = None
 
 
 class FilterEstimator:
-    """Estimates the target by the filter; a `TargetLaw`.
+    """Estimates the target by a robust fit; a `TargetLaw`.
 
     Args:
         parameters: of the filter.
-        noise: of the readings.
     """
 
-    def __init__(
-        self, parameters: FilterParameters, noise: BeaconNoise
-    ) -> None:
+    def __init__(self, parameters: FilterParameters) -> None:
         self._parameters = parameters
-        self._noise = noise
+        self._prior = Noise.of(
+            NOISE_CONFIGURATIONS[parameters.told or max(NOISE_CONFIGURATIONS)]
+        )
 
     def initial_state(self) -> FilterState:
         """The state before the first reading."""
-        return FilterState()
+        return FilterState(readings=np.empty((0, 5)))
 
     def update(
         self,
@@ -115,51 +128,28 @@ class FilterEstimator:
         distance: float,
     ) -> FilterState:
         """The state after a reading, as `TargetLaw.update` has it."""
-        noise, parameters = self._noise, self._parameters
         x, y = map(float, p_WA)
-        finite = all(map(math.isfinite, (x, y, bearing_W, distance)))
-        if not finite or distance < 0:
+        finite = all(map(math.isfinite, (x, y, bearing_W)))
+        if not finite or not 0 <= distance <= _FARTHEST:
             return state
-        p_WA = np.array([x, y])
-        if state.position is None or state.covariance is None:
-            return _start(p_WA, bearing_W, distance, noise, parameters)
-        assert state.p_WA is not None
-        last_x, last_y = state.p_WA.tolist()
-        drift = parameters.drift**2 * math.hypot(x - last_x, y - last_y)
-        prior = _plus(state.covariance.tolist(), _IDENTITY, drift)
-        position_x, position_y = state.position.tolist()
-        predicted, slope, own = _predict(
-            (position_x - x, position_y - y), prior, noise, parameters
-        )
-        innovation = (
-            wrap_angle(bearing_W - predicted[0]),
-            distance - predicted[1],
-        )
-        across = _times(prior, _transposed(slope))
-        precision = _inverse(_plus(_times(slope, across), own))
-        if _dot(innovation, _apply(precision, innovation)) > parameters.gate:
-            if state.refused + 1 >= parameters.patience:
-                return _start(p_WA, bearing_W, distance, noise, parameters)
-            return replace(
-                state,
-                covariance=np.array(prior),
-                p_WA=p_WA,
-                refused=state.refused + 1,
-            )
-        gain = _times(across, precision)
-        # Joseph's form stays symmetric and positive.
-        keep = _plus(_IDENTITY, _times(gain, slope), -1.0)
-        kept = _times(_times(keep, prior), _transposed(keep))
-        noisy = _times(_times(gain, own), _transposed(gain))
-        return FilterState(
-            position=state.position + _apply(gain, innovation),
-            covariance=np.array(_plus(kept, noisy)),
-            p_WA=p_WA,
-        )
+        way = 0.0
+        if state.fit is not None:
+            last = state.readings[-1].tolist()
+            way = last[WAY] + math.hypot(x - last[X], y - last[Y])
+        reading = (x, y, bearing_W, distance, way)
+        readings = np.vstack([state.readings, reading])
+        readings = readings[-self._parameters.window :]
+        if state.fit is None:
+            return self._start(readings, self._prior)
+        fit = self._refine(readings, state.fit)
+        odd = fit.surprise[-self._parameters.patience :] > _SURPRISE
+        if odd.size < len(readings) and 2 * np.count_nonzero(odd) > odd.size:
+            return self._start(readings[-odd.size :][odd], fit.noise)
+        return self._try_places(FilterState(readings=readings, fit=fit))
 
     def estimate(self, state: FilterState) -> Array | None:
         """The estimated target p_WT [m], (2,), or None before a reading."""
-        return state.position
+        return None if state.fit is None else state.fit.target
 
     def arrived(self, state: FilterState, p_WB: Iterable[float]) -> bool:
         """Whether the robot is at a target that the filter is sure of.
@@ -170,135 +160,55 @@ class FilterEstimator:
 
         Returns:
             True where the base is within `arrival_distance` of the estimate,
-            and the largest standard deviation is below `arrival_deviation`.
+            and every place that is `arrival_radius` or more away from that
+            explains the readings worse by `arrival_margin`.
         """
-        if state.position is None:
+        if state.fit is None or state.margins is None:
             return False
-        x, y = state.position.tolist()
+        x, y = state.fit.target.tolist()
         base_x, base_y = p_WB
         return (
             math.hypot(x - base_x, y - base_y)
             <= self._parameters.arrival_distance
-            and deviation(state) < self._parameters.arrival_deviation
+            and state.margins.min() > self._parameters.arrival_margin
         )
 
+    def _start(self, readings: Array, noise: Noise) -> FilterState:
+        """Fits anew to some readings."""
+        fit = first_fit(readings, noise)
+        for _ in range(2):
+            fit = self._refine(readings, fit)
+        return FilterState(readings=readings, fit=fit)
 
-def deviation(state: FilterState) -> float:
-    """The largest standard deviation of the estimate [m]; inf before one."""
-    if state.covariance is None:
-        return math.inf
-    (xx, xy), (_, yy) = state.covariance.tolist()
-    # The larger eigenvalue of a symmetric 2 x 2 matrix.
-    return math.sqrt((xx + yy) / 2 + math.hypot((xx - yy) / 2, xy))
+    def _refine(self, readings: Array, fit: Fit) -> Fit:
+        return refine(readings, fit, self._prior, self._parameters.drift)
 
-
-def _start(
-    p_WA: Array,
-    bearing_W: float,
-    distance: float,
-    noise: BeaconNoise,
-    parameters: FilterParameters,
-) -> FilterState:
-    """A belief from one reading, as wide as the target may be far."""
-    nearest = (distance - noise.absolute_distance) / (
-        1 + noise.relative_distance
-    )
-    farthest = (distance + noise.absolute_distance) / (
-        1 - noise.relative_distance
-    )
-    middle = (max(nearest, 0.0) + farthest) / 2
-    along = farthest - middle + parameters.distance_floor
-    across = farthest * _bearing_deviation(noise, parameters)
-    c, s = math.cos(bearing_W), math.sin(bearing_W)
-    axes = np.array([[c, -s], [s, c]])
-    return FilterState(
-        position=vector_position(p_WA, bearing_W, middle),
-        covariance=axes @ np.diag([along**2, across**2]) @ axes.T,
-        p_WA=p_WA,
-    )
-
-
-def _predict(
-    p_AT: Pair,
-    covariance: Matrix,
-    noise: BeaconNoise,
-    parameters: FilterParameters,
-) -> tuple[Pair, Matrix, Matrix]:
-    """Mean, slope and own covariance of the reading that a belief predicts.
-
-    The distance is linearised over the belief's whole width, by Gauss and
-    Hermite's three points: a tangent is wrong where near readings clip.
-    """
-    dx, dy = p_AT
-    d = max(math.hypot(dx, dy), MIN_DISTANCE)
-    sight = dx / d, dy / d
-    width = math.sqrt(max(_dot(sight, _apply(covariance, sight)), 1e-8))
-    offset = math.sqrt(3) * width
-    (near, near_variance), (middle, middle_variance), (far, far_variance) = (
-        distance_moments(abs(x), noise) for x in (d - offset, d, d + offset)
-    )
-    mean = (near + 4 * middle + far) / 6
-    variance = (near_variance + 4 * middle_variance + far_variance) / 6
-    rate = (far - near) / (2 * offset)
-    # A bearing's lever is as uncertain as the distance. With `d` alone, one
-    # trial in some hundreds locks on to a wrong target near the antenna.
-    lever = math.hypot(d, width)
-    slope = (
-        (-sight[1] / lever, sight[0] / lever),
-        (rate * sight[0], rate * sight[1]),
-    )
-    own = (
-        (_bearing_deviation(noise, parameters) ** 2, 0.0),
-        (0.0, variance + parameters.distance_floor**2),
-    )
-    return (math.atan2(dy, dx), mean), slope, own
-
-
-def _bearing_deviation(
-    noise: BeaconNoise, parameters: FilterParameters
-) -> float:
-    """Of uniform noise, the half-width over the root of 3 [rad]."""
-    return math.hypot(noise.angle / math.sqrt(3), parameters.angle_floor)
-
-
-# Products of two numbers and of 2 x 2 matrices: far faster than numpy's.
-
-
-def _dot(u: Pair, v: Pair) -> float:
-    return u[0] * v[0] + u[1] * v[1]
-
-
-def _apply(matrix: Matrix, v: Pair) -> Pair:
-    (a, b), (c, d) = matrix
-    x, y = v
-    return a * x + b * y, c * x + d * y
-
-
-def _plus(left: Matrix, right: Matrix, factor: float = 1.0) -> Matrix:
-    """Left + factor * right."""
-    (a, b), (c, d) = left
-    (e, f), (g, h) = right
-    return (
-        (a + factor * e, b + factor * f),
-        (c + factor * g, d + factor * h),
-    )
-
-
-def _times(left: Matrix, right: Matrix) -> Matrix:
-    (a, b), (c, d) = left
-    (e, f), (g, h) = right
-    return (a * e + b * g, a * f + b * h), (c * e + d * g, c * f + d * h)
-
-
-def _transposed(matrix: Matrix) -> Matrix:
-    (a, b), (c, d) = matrix
-    return (a, c), (b, d)
-
-
-def _inverse(matrix: Matrix) -> Matrix:
-    (a, b), (c, d) = matrix
-    determinant = a * d - b * c
-    return (
-        (d / determinant, -b / determinant),
-        (-c / determinant, a / determinant),
-    )
+    def _try_places(self, state: FilterState) -> FilterState:
+        """Moves to a place that is better, or tells how much worse all are."""
+        fit, drift = state.fit, self._parameters.drift
+        assert fit is not None
+        x, y = (fit.target - state.readings[-1, :2]).tolist()
+        if math.hypot(x, y) > _TRIED_WITHIN:
+            return state
+        angles = fit.axis + np.arange(_DIRECTIONS) * (2 * np.pi / _DIRECTIONS)
+        ring = np.column_stack([np.cos(angles), np.sin(angles)])
+        radii = self._parameters.arrival_radius * np.array(_RINGS)
+        places = np.vstack([[0.0, 0.0], *(radius * ring for radius in radii)])
+        places += fit.target
+        # Along the lines of sight fits go wrong most. There, far away, a
+        # place has to lie on these lines to a hair to be a rival.
+        along = slice(1, None, _DIRECTIONS // 2)
+        across = np.array([-math.sin(fit.axis), math.cos(fit.axis)])
+        places[along] = slide(state.readings, fit, places[along], across, drift)
+        by_bearings, by_distances = log_likelihoods(
+            state.readings, fit, places, drift
+        )
+        unseen = by_bearings[0] - by_bearings
+        worse = unseen
+        if abs(fit.log_gain) < _BELIEVED_LOG_GAIN:
+            worse = unseen + by_distances[0] - by_distances
+        best = int(np.argmin(worse))
+        if worse[best] < -_BETTER:
+            return replace(state, fit=replace(fit, target=places[best]))
+        margins = np.minimum(worse, unseen)[1:].reshape(-1, _DIRECTIONS)
+        return replace(state, margins=margins.min(axis=1))

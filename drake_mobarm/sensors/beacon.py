@@ -8,6 +8,8 @@ callers pass them in, so that a seed decides every reading.
 import math
 from collections.abc import Iterable
 
+import numpy as np
+
 from drake_mobarm.checks import (
     finite_numbers,
     not_negative,
@@ -16,7 +18,7 @@ from drake_mobarm.checks import (
     within,
 )
 from drake_mobarm.frozen import frozen
-from drake_mobarm.geometry import wrap_angle
+from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel
 
 MIN_DISTANCE = 0.05
@@ -110,23 +112,29 @@ def in_field_of_view(angle_true: float, half_width: float) -> bool:
 
 
 def distance_moments(
-    distance: float, noise: BeaconNoise
-) -> tuple[float, float]:
-    """Mean [m] and variance [m^2] of the distance read at a true one [m].
+    distance: Array, half_width: Array
+) -> tuple[Array, Array, Array]:
+    """What is read of distances with uniform noise, cut off at the nearest.
 
-    Exact for `max(d + a u, MIN_DISTANCE)`, u uniform in [-1, 1): the
+    Exact for `max(d + h u, MIN_DISTANCE)`, u uniform in [-1, 1): the
     expectation of a positive part is a difference of powers.
+
+    Args:
+        distance: true ones [m], of any shape.
+        half_width: of the noise [m], positive, of the same shape.
+
+    Returns:
+        Mean [m], variance [m^2], and the slope of the mean over the
+        distance [-], each of that shape.
     """
     excess = distance - MIN_DISTANCE
-    half = noise.distance_bound(distance)
-    if excess >= half:  # Nothing is cut off: no small difference of powers.
-        return distance, half**2 / 3
-    if excess <= -half:
-        return MIN_DISTANCE, 0.0
-    high, low = max(excess + half, 0.0), max(excess - half, 0.0)
-    first = (high**2 - low**2) / (4 * half)
-    second = (high**3 - low**3) / (6 * half)
-    return MIN_DISTANCE + first, max(second - first**2, 0.0)
+    share = np.minimum(np.maximum(excess / half_width, -1.0), 1.0) + 1
+    first = half_width * share**2 / 4
+    second = half_width**2 * share**3 / 6
+    whole = excess >= half_width
+    mean = MIN_DISTANCE + np.where(whole, excess, first)
+    variance = np.where(whole, half_width**2 / 3, second - first**2)
+    return mean, np.maximum(variance, 0.0), share / 2
 
 
 @frozen

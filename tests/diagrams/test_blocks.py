@@ -26,7 +26,6 @@ from drake_mobarm.exceptions import (
 )
 from drake_mobarm.sensors import (
     BEACONS,
-    NOISE_CONFIGURATIONS,
 )
 from drake_mobarm.station import StationParameters
 
@@ -296,7 +295,6 @@ def test_a_job_is_a_block_of_another_diagram():
         build_job(
             parameters,
             calibration=BEACONS["beacon_1"],
-            noise=NOISE_CONFIGURATIONS[5],
             station=StationParameters(),
         )
     )

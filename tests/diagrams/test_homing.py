@@ -174,7 +174,7 @@ REACHES = {
     "world": {"lidar"},  # And geometries, which are no system's parameters.
     "start": {"plant", "odometry"},
     "beacon": {"beacon"},
-    "noise": {"beacon", "estimator"},
+    "noise": {"beacon"},
     "calibration_noise": {"estimator"},
     "station.time_step": {"plant", "ground_truth"},
     "station.stowed": {"plant", "arm_driver", "stow"},
@@ -221,8 +221,9 @@ def test_a_key_reaches_the_systems_that_it_is_for_and_no_other(key):
     assert reached("homing", key, *variant) == REACHES[max(starts, key=len)]
 
 
-def test_the_hybrid_estimator_is_not_told_the_noise():
-    assert reached("homing", "noise", "estimator=hybrid") == {"beacon"}
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_no_estimator_is_told_the_simulated_noise(estimator):
+    assert reached("homing", "noise", f"estimator={estimator}") == {"beacon"}
 
 
 def test_the_diagrams_seed_is_that_of_the_calibration():

@@ -98,7 +98,7 @@ def test_every_metric_of_a_run_is_described(job):
 @pytest.mark.parametrize(
     ("key", "cells"),
     [
-        ("filter.gate", "float | - | `13.8` | above 0"),
+        ("filter.arrival_margin", "float | - | `4.5` | above 0"),
         ("station.beacon.dropout", "float | - | `0` | [0, 1)"),
         (
             "station.base_drive.base.com_offset",

@@ -87,7 +87,7 @@ def test_a_sweep_does_not_go_on_where_the_scenarios_defaults_are_others(
         raise RuntimeError("power cut")
 
     def other_defaults(name, overrides=()):
-        return load_scenario(name, ["filter.gate=8", *overrides])
+        return load_scenario(name, ["filter.drift=0.01", *overrides])
 
     def go_on():
         reproduce("2.3", tmp_path, trials=1, jobs=1)

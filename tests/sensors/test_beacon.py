@@ -173,24 +173,20 @@ def test_distance_moments_are_those_of_the_clipped_noise(distance, noise):
     u = (np.arange(200_000) + 0.5) / 100_000 - 1
     half = distance * noise.relative_distance + noise.absolute_distance
     reading = np.maximum(distance + u * half, MIN_DISTANCE)
-    mean, variance = distance_moments(distance, noise)
+    mean, variance, slope = distance_moments(distance, half)
     assert mean == pytest.approx(reading.mean(), abs=2e-5)
     assert variance == pytest.approx(reading.var(), abs=2e-5)
-
-
-def test_distance_moments_without_noise_are_the_distance_and_nothing():
-    assert distance_moments(2.0, BeaconNoise()) == pytest.approx((2.0, 0.0))
-    assert distance_moments(0.01, BeaconNoise()) == (MIN_DISTANCE, 0.0)
+    # The mean rises by the share of readings that are not cut off.
+    assert slope == pytest.approx((reading > MIN_DISTANCE).mean(), abs=2e-5)
 
 
 @pytest.mark.parametrize("half_width", [1e-1, 1e-4, 1e-8, 2e-9])
 def test_moments_of_a_little_noise_are_those_of_a_uniform_distance(half_width):
-    noise = BeaconNoise(absolute_distance=half_width)
-    mean, variance = distance_moments(10.0, noise)
+    mean, variance, slope = distance_moments(10.0, half_width)
     assert mean == 10.0
+    assert slope == 1.0
     assert variance == pytest.approx(half_width**2 / 3, rel=1e-12)
 
 
 def test_distances_that_are_all_cut_off_read_as_the_least_for_sure():
-    noise = BeaconNoise(absolute_distance=0.01)
-    assert distance_moments(0.03, noise) == (MIN_DISTANCE, 0.0)
+    assert distance_moments(0.03, 0.01) == (MIN_DISTANCE, 0.0, 0.0)

@@ -54,7 +54,7 @@ def plant_alone(scenario: HomingScenario) -> Diagram:
     builder = DiagramBuilder()
     plant, _ = add_plant(
         builder,
-        load_world(scenario.world),
+        load_world(scenario.world, scenario.meshes),
         scenario.start,
         scenario.station.time_step,
     )
@@ -70,7 +70,7 @@ def station_at_rest(scenario: HomingScenario) -> Diagram:
     builder = DiagramBuilder()
     station = builder.AddSystem(
         build_station(
-            load_world(scenario.world),
+            load_world(scenario.world, scenario.meshes),
             scenario.start,
             scenario.station,
             Beacon(position=scenario.beacon, noise=scenario.noise),

@@ -156,7 +156,7 @@ def build(
     wiring.add(
         "station",
         lambda: build_station(
-            load_world(scenario.world),
+            load_world(scenario.world, scenario.meshes),
             scenario.start,
             scenario.station,
             Beacon(position=scenario.beacon, noise=scenario.noise),

@@ -104,7 +104,7 @@ def build(
         "job",
         lambda: build_job(
             scenario,
-            world=load_world(scenario.world),
+            world=load_world(scenario.world, scenario.meshes),
             start=scenario.start,
             target=ToolTarget(
                 position=scenario.target, approach=scenario.approach
@@ -176,7 +176,7 @@ def make_plant(
     plant = MultibodyPlant(0.0)
     plant.RegisterAsSourceForSceneGraph(scene_graph)
     Parser(plant).AddModels(str(URDF))
-    add_world(plant, load_world(scenario.world))
+    add_world(plant, load_world(scenario.world, scenario.meshes))
     plant.Finalize()
     place_robot(plant, scenario.start)
     return plant

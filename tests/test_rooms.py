@@ -45,6 +45,7 @@ DRAKE_FILES = {"systems.py", "view.py", "signals.py"}
 DRAKE_ROOMS = {"station", "drawing", "diagrams", "runtime"}
 DRAKE_NAMED = {
     "world/sdf.py",  # Drake's parser makes the SDF the one truth.
+    "world/loaded.py",  # What that parser has read.
     "placement/stand_program.py",  # By MathematicalProgram.
 }
 # Who draws with matplotlib, when a picture is made.

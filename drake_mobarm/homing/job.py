@@ -20,6 +20,7 @@ from drake_mobarm.homing.metrics import homing_metrics, judge
 from drake_mobarm.job import Job, Trace, Verdict
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.station.parameters import StationParameters
+from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.places import Place
 
 ESTIMATORS = ("hybrid", "filter")
@@ -62,6 +63,9 @@ class HomingScenario(HomingParameters):
     Attributes:
         diagram: the diagram that this scenario is for.
         world: a shipped world's name or the path of an SDF.
+        meshes: what becomes of a mesh in the world: `refuse` it, or put an
+            oriented box (`boxes`) or the convex hull (`hulls`) in the place
+            of each of its connected parts.
         start: X_WB of the base, [x, y, yaw] in m and rad.
         beacon: p_WT, where the beacon is [m], unknown to the robot.
         noise: of its readings, a configuration of Table 2.2.
@@ -76,6 +80,7 @@ class HomingScenario(HomingParameters):
     world: str
     start: tuple[float, ...]
     beacon: tuple[float, ...]
+    meshes: str = "refuse"
     noise: int = 5
     time_limit: float = 120.0
     calibration_noise: float = 1.0
@@ -86,6 +91,7 @@ class HomingScenario(HomingParameters):
         super().__post_init__()
         finite_numbers(self, "[x, y, yaw] in m and rad", "start")
         finite_numbers(self, "[x, y] in m", "beacon")
+        one_of(self, MESHES, "meshes")
         one_of(self, NOISE_CONFIGURATIONS, "noise")
         within(self, "(0, 3600]", "time_limit")
         within(self, "[0, 20)", "calibration_noise")

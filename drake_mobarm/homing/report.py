@@ -20,7 +20,7 @@ def draw_trajectory(run: RunRecord) -> Figure:
     """The floor plan with the path driven and the estimates on the way."""
     scenario, trace = run.scenario, run.trace
     assert isinstance(scenario, HomingScenario)
-    world = load_world(scenario.world)
+    world = load_world(scenario.world, scenario.meshes)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(6.5, 5.0), layout="constrained")
         axes = figure.add_subplot()

@@ -13,7 +13,7 @@ from shapely.geometry.polygon import orient
 
 from drake_mobarm.checks import require
 from drake_mobarm.geometry import Array
-from drake_mobarm.world.obstacles import outline, signed_distance
+from drake_mobarm.world.obstacles import signed_distance
 from drake_mobarm.world.world import World
 
 # How far the map reaches beyond all that is in it [m].
@@ -138,9 +138,7 @@ class FreeSpace:
         Raises:
             ParameterError: `start` is not free.
         """
-        found = [
-            (o.name, outline(o.corners, *heights)) for o in world.obstacles
-        ]
+        found = [(o.name, o.outline(*heights)) for o in world.obstacles]
         met = [(name, shape) for name, shape in found if shape is not None]
         shapes = [shape for _, shape in met]
         corners = np.vstack([start, start if goal is None else goal, *shapes])

@@ -23,6 +23,7 @@ from drake_mobarm.placement.objective import (
 from drake_mobarm.placement.planner import Placement
 from drake_mobarm.placement.problem import ToolTarget
 from drake_mobarm.robot.arm_kinematics import ArmKinematics
+from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.places import Place
 
 GRIDS = ("optimised", "plain")
@@ -61,6 +62,9 @@ class PlacementScenario(PlacementParameters):
     Attributes:
         diagram: the diagram that this scenario is for.
         world: a shipped world's name or the path of an SDF.
+        meshes: what becomes of a mesh in the world: `refuse` it, or put an
+            oriented box (`boxes`) or the convex hull (`hulls`) in the place
+            of each of its connected parts.
         start: X_WB of the base, [x, y, yaw] in m and rad; it can only stand
             where it can drive to from here.
         target: p_WT of the tool's tip [m], within 1000 m of W's origin.
@@ -75,6 +79,7 @@ class PlacementScenario(PlacementParameters):
     target: tuple[float, ...]
     approach: tuple[float, ...]
     heading: tuple[float, ...] = ()
+    meshes: str = "refuse"
 
     time_limit: ClassVar[float] = 1.0
     """The plan is there at once; nothing moves [s]."""
@@ -82,6 +87,7 @@ class PlacementScenario(PlacementParameters):
     def __post_init__(self) -> None:
         super().__post_init__()
         finite_numbers(self, "[x, y, yaw] in m and rad", "start")
+        one_of(self, MESHES, "meshes")
         ToolTarget(position=self.target, approach=self.approach)
         require(
             max(map(abs, self.target)) <= 1000,

@@ -40,7 +40,7 @@ def draw_map(run: RunRecord) -> Figure:
     scenario = run.scenario
     assert isinstance(scenario, PlacementScenario)
     placement: Placement = run.outputs["placement"]
-    world = load_world(scenario.world)
+    world = load_world(scenario.world, scenario.meshes)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.6), layout="constrained")
         plan, close = figure.subplots(1, 2, width_ratios=(1.25, 1))

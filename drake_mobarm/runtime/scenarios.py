@@ -1,6 +1,7 @@
 """Scenarios: what to simulate, read from YAML and checked before it runs."""
 
 import dataclasses
+import os
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from drake_mobarm.runtime.own_diagram import load_own_diagram
 from drake_mobarm.runtime.typed_values import from_values, to_values
 from drake_mobarm.runtime.yaml_text import read_yaml, write_yaml
 from drake_mobarm.world.places import check_places
-from drake_mobarm.world.sdf import load_world
+from drake_mobarm.world.sdf import WORLD_SUFFIXES, load_world
 
 S = TypeVar("S", bound=Any)
 
@@ -171,16 +172,18 @@ def _check(job: Job, scenario: Any) -> None:
         )
     places = job.places(scenario)
     if places:
-        check_places(load_world(scenario.world), places)
+        meshes = getattr(scenario, "meshes", "refuse")
+        check_places(load_world(scenario.world, meshes), places)
 
 
 def _anchor(values: dict[str, Any], folder: Path) -> None:
     """Makes paths of files in a folder absolute, to be found from elsewhere."""
-    for key, ending in (("diagram", ".py"), ("world", ".sdf")):
+    for key, endings in (("diagram", (".py",)), ("world", WORLD_SUFFIXES)):
         value = values.get(key)
-        if isinstance(value, str) and value.endswith(ending):
+        if isinstance(value, str) and value.lower().endswith(endings):
             file = folder / value
-            if file.is_file():
+            # Unlike Path's own, it takes no offence at the longest of names.
+            if os.path.isfile(file):
                 values[key] = str(file.resolve())
 
 

@@ -26,12 +26,15 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.joints import ARM_JOINTS
 from drake_mobarm.robot.shape import ROLLING_BODIES, STOWED, URDF
 from drake_mobarm.world.sdf import add_world
-from drake_mobarm.world.world import World
+from drake_mobarm.world.world import FARTHEST, World
 
 ROBOT = "mobile_arm"
 """The robot's model instance."""
 
-_GROUND_SIZE = 200.0
+# The ground reaches further than anything stands and a robot can drive in an
+# hour; its depth is of no account [m].
+_GROUND_REACH = 1.5 * FARTHEST
+_GROUND_DEPTH = 200.0
 _GROUND_STIFFNESS = 1e8  # [N/m], as the wheels'
 
 
@@ -71,8 +74,8 @@ def add_plant(
     )
     plant.RegisterCollisionGeometry(
         plant.world_body(),
-        RigidTransform([0, 0, -_GROUND_SIZE / 2]),
-        Box(_GROUND_SIZE, _GROUND_SIZE, _GROUND_SIZE),
+        RigidTransform([0, 0, -_GROUND_DEPTH / 2]),
+        Box(2 * _GROUND_REACH, 2 * _GROUND_REACH, _GROUND_DEPTH),
         "ground",
         ground,
     )

@@ -1,6 +1,7 @@
 """Obstacles as convex bodies, and their outlines on the floor plan."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,14 +10,30 @@ from scipy.spatial import ConvexHull, QhullError
 from drake_mobarm.geometry import Array
 
 _CYLINDER_SIDES = 48
+# Rings of a ball's corners from pole to pole, with one about its middle.
+_BALL_RINGS = 44
+# Between their corners, the rings' sides lie this far within the ball.
+_BALL_DEPTH = 0.0037
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """A fixed convex body: its name and its corners p_WV [m], (n, 3)."""
+    """A fixed convex body.
+
+    Attributes:
+        name: of the body.
+        corners: p_WV [m], (n, 3).
+        edges: the indices of the corners that each edge joins, (k, 2); a body
+            of few corners needs none.
+    """
 
     name: str
     corners: Array
+    edges: NDArray[np.int_] | None = None
+
+    def outline(self, z_low: float, z_high: float) -> Array | None:
+        """The body's floor plan between two heights, as `outline` has it."""
+        return outline(self.corners, z_low, z_high, self.edges)
 
 
 def box_corners(size: Array) -> Array:
@@ -41,13 +58,68 @@ def cylinder_corners(radius: float, length: float) -> Array:
     )
 
 
-def outline(corners: Array, z_low: float, z_high: float) -> Array | None:
+def capsule_corners(radius: float, length: float) -> Array:
+    """Corners [m], (2114, 3), of a body like a capsule along z.
+
+    Its outlines at any two heights, and at a single one, lie within 0.2 % of
+    the radius of the capsule's.
+
+    Args:
+        radius: of the capsule [m].
+        length: between the centres of its round ends [m]; 0 for a sphere.
+    """
+    angle = 2 * np.pi * np.arange(_CYLINDER_SIDES) / _CYLINDER_SIDES
+    # Close together at the poles, where the outline grows fastest.
+    share = np.arange(1, _BALL_RINGS // 2 + 1) / _BALL_RINGS
+    polar = np.pi * np.sin(np.pi / 2 * share) ** 2
+    # Half as far outside at the corners as inside between them.
+    out = radius * (1 + _BALL_DEPTH / 2) * np.sin(polar)
+    x, y = np.multiply.outer([np.cos(angle), np.sin(angle)], out)
+    z = length / 2 + radius * np.cos(polar) + 0 * x
+    upper = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    upper = np.vstack([upper, [0, 0, length / 2 + radius]])
+    corners: Array = np.vstack([upper, upper * (1, 1, -1)])
+    return corners
+
+
+@cache
+def capsule_edges() -> NDArray[np.int_]:
+    """Edges, (k, 2), of the corners of any capsule, sphere or ellipsoid."""
+    return hull_edges(capsule_corners(1.0, 1.0))
+
+
+def hull_edges(corners: Array) -> NDArray[np.int_]:
+    """Indices (k, 2) of the corners [m], (n, 3), that hull's edges join."""
+    sides = ConvexHull(corners).simplices
+    edges = np.sort(sides[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2))
+    return np.unique(edges, axis=0)
+
+
+def ellipsoid_corners(radii: Array) -> Array:
+    """Corners [m], (2114, 3), of a body like an ellipsoid about its centre.
+
+    Its surface lies within 0.2 % of the largest radius of the ellipsoid's.
+
+    Args:
+        radii: along x, y and z [m], (3,).
+    """
+    corners: Array = capsule_corners(1.0, 0.0) * np.asarray(radii)
+    return corners
+
+
+def outline(
+    corners: Array,
+    z_low: float,
+    z_high: float,
+    edges: NDArray[np.int_] | None = None,
+) -> Array | None:
     """The floor plan of what a convex body has between two heights.
 
     Args:
         corners: p_WV [m], (n, 3).
         z_low: lower height [m].
         z_high: upper height [m]; equal to `z_low` for a plane's cut.
+        edges: indices of the corners that each edge joins, (k, 2), if known.
 
     Returns:
         The outline's corners in W [m], (k, 2), counter-clockwise, or None
@@ -56,17 +128,21 @@ def outline(corners: Array, z_low: float, z_high: float) -> Array | None:
     z = corners[:, 2]
     points = [corners[(z >= z_low) & (z <= z_high), :2]]
     for height in {z_low, z_high}:
-        below, above = corners[z < height], corners[z > height]
-        if len(below) and len(above):
+        if edges is None:
             # Every chord that crosses the plane: those inside the body only
             # add points inside the hull.
+            below = corners[z < height][:, None]
+            above = corners[z > height][None]
+        else:
+            ends = np.take_along_axis(edges, np.argsort(z[edges]), axis=1)
+            low, high = ends.T
+            crosses = (z[low] < height) & (z[high] > height)
+            below, above = corners[low[crosses]], corners[high[crosses]]
+        if below.size and above.size:
             share = (
-                (height - below[:, None, 2])
-                / (above[None, :, 2] - below[:, None, 2])
+                (height - below[..., 2]) / (above[..., 2] - below[..., 2])
             )[..., None]
-            crossing = below[:, None, :2] * (1 - share) + (
-                above[None, :, :2] * share
-            )
+            crossing = below[..., :2] * (1 - share) + above[..., :2] * share
             points.append(crossing.reshape(-1, 2))
     candidates = np.vstack(points)
     if len(candidates) < 3:
@@ -83,7 +159,7 @@ def outlines(
     obstacles: tuple[Obstacle, ...], z_low: float, z_high: float
 ) -> list[Array]:
     """The outlines (k_i, 2) [m] of all obstacles met between two heights."""
-    found = (outline(o.corners, z_low, z_high) for o in obstacles)
+    found = (o.outline(z_low, z_high) for o in obstacles)
     return [o for o in found if o is not None]
 
 

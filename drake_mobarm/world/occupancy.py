@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from drake_mobarm.exceptions import WorldError
 from drake_mobarm.geometry import Array
 from drake_mobarm.world.obstacles import inside
 
 _MARGIN = 1.0
+# Of so many, each of a few bytes while distances are worked out.
+_MOST_CELLS = 50_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +33,20 @@ class OccupancyGrid:
     def from_outlines(
         cls, outlines: list[Array], cell: float = 0.05
     ) -> "OccupancyGrid":
-        """Rasters outlines (k_i, 2) [m], with a free metre around them."""
+        """Rasters outlines (k_i, 2) [m], with a free metre around them.
+
+        Raises:
+            WorldError: they are so far apart that the cells are too many.
+        """
         corners = np.vstack(outlines) if outlines else np.zeros((1, 2))
         origin = corners.min(axis=0) - _MARGIN
         count = np.ceil((corners.max(axis=0) + _MARGIN - origin) / cell)
+        if not np.prod(count + 1) <= _MOST_CELLS:
+            width, depth = corners.max(axis=0) - corners.min(axis=0)
+            raise WorldError(
+                f"a floor plan of {width:.4g} m by {depth:.4g} m has more than "
+                f"{_MOST_CELLS} cells of {cell:g} m"
+            )
         nx, ny = count.astype(int) + 1
         occupied = np.zeros((ny, nx), dtype=bool)
         for polygon in outlines:

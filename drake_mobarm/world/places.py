@@ -5,17 +5,18 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+import shapely
 
 from drake_mobarm.exceptions import ScenarioError
 from drake_mobarm.geometry import Array
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.obstacles import clearance, outlines
-from drake_mobarm.world.occupancy import OccupancyGrid
-from drake_mobarm.world.world import World
+from drake_mobarm.world.world import FARTHEST, World
 
 # The least area that walls close off, for there to be an inside [m^2].
 _ROOM_AREA = 4.0
+# A gap between walls that is no way out [m].
+_GAP = 0.05
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,15 @@ def check_places(world: World, places: Sequence[Place]) -> None:
 
     Raises:
         ScenarioError: the robot would start inside an obstacle, or a place
-            is inside an obstacle or outside the walls.
+            is inside an obstacle, outside the walls or too far away.
     """
-    footprint, walls = _floor(world)
+    for place in places:
+        if not np.abs(place.value[:2]).max() <= FARTHEST:
+            raise ScenarioError(
+                f"{place.name} {list(place.value)} is further than "
+                f"{FARTHEST / 1000:g} km from the origin"
+            )
+    footprint, walled = _floor(world)
     for place in places:
         room = float(clearance(footprint, np.array(place.value[:2])))
         if room <= (RADIUS if place.robot else 0.0):
@@ -51,11 +58,8 @@ def check_places(world: World, places: Sequence[Place]) -> None:
                 f"{place.name} {list(place.value)} is inside an obstacle of "
                 f"{world.name}" + (needed if place.robot else "")
             )
-    if walls is None:
-        return
-    grid, regions = walls
     for place in places:
-        if regions[grid.index(np.array(place.value[:2]))] == 1:
+        if not shapely.intersects_xy(walled, *place.value[:2]):
             raise ScenarioError(
                 f"{place.name} {list(place.value[:2])} is outside the walls "
                 f"of {world.name}"
@@ -63,15 +67,25 @@ def check_places(world: World, places: Sequence[Place]) -> None:
 
 
 @lru_cache(maxsize=16)
-def _floor(
-    world: World,
-) -> tuple[list[Array], tuple[OccupancyGrid, NDArray[np.int_]] | None]:
-    """A world's outlines, and its regions where walls close some off.
+def _floor(world: World) -> tuple[list[Array], shapely.Geometry]:
+    """A world's outlines, and the floor within its walls.
 
-    Walls are whatever closes off a room's worth of floor from outside.
+    Walls are whatever closes off a room's worth of floor from outside; where
+    there are none, all of the floor is within.
     """
     footprint = outlines(world.obstacles, *HEIGHTS)
-    grid = OccupancyGrid.from_outlines(footprint)
-    regions = grid.regions(0.0)
-    closed_off = np.sum(regions >= 2) * grid.cell**2
-    return footprint, (grid, regions) if closed_off > _ROOM_AREA else None
+    grown = [
+        shapely.buffer(shapely.polygons(o), _GAP / 2, join_style="mitre")
+        for o in footprint
+    ]
+    standing = shapely.get_parts(shapely.union_all(grown))
+    closed_off = sum(
+        shapely.area(shapely.polygons(ring))
+        for part in standing
+        for ring in part.interiors
+    )
+    if closed_off <= _ROOM_AREA:
+        far = 2 * FARTHEST
+        return footprint, shapely.box(-far, -far, far, far)
+    filled = [shapely.polygons(part.exterior) for part in standing]
+    return footprint, shapely.union_all(filled)

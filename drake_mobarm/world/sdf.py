@@ -1,40 +1,35 @@
 """Worlds read from SDF by Drake's own parser: one truth for every reader."""
 
-import math
-import xml.etree.ElementTree as ElementTree
-from functools import lru_cache
+import os
+import re
+import tempfile
 from pathlib import Path
 
-import numpy as np
-from pydrake.geometry import (
-    Box,
-    Cylinder,
-    GeometryId,
-    GeometryInstance,
-    SceneGraph,
-)
+from pydrake.geometry import GeometryId, GeometryInstance
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
     AddMultibodyPlantSceneGraph,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import DiagramBuilder
 
 from drake_mobarm.exceptions import WorldError
-from drake_mobarm.geometry import Array
-from drake_mobarm.world.obstacles import (
-    Obstacle,
-    box_corners,
-    cylinder_corners,
-)
+from drake_mobarm.world.clean_copy import CleanCopy
+from drake_mobarm.world.loaded import read_loaded
+from drake_mobarm.world.meshes import MESHES
+from drake_mobarm.world.sdf_files import write_copy
 from drake_mobarm.world.world import World
 
 WORLDS = Path(__file__).resolve().parent.parent / "models" / "worlds"
 """The folder of the shipped worlds."""
 
-_EXTENTS = {"box": {"size": 3}, "cylinder": {"radius": 1, "length": 1}}
-"""What SDF calls the extents of the valid shapes, and how many numbers."""
+WORLD_SUFFIXES = (".sdf", ".world")
+"""The endings of the files of worlds, in capitals or not."""
+
+# The files that a world was read from and when they were changed, by its
+# file and what became of meshes.
+_known: dict[tuple[Path, str], tuple[dict[Path, int], World]] = {}
+_MOST_KNOWN = 16
 
 
 def world_names() -> list[str]:
@@ -50,109 +45,87 @@ def find_world(name_or_path: str) -> Path:
     """
     if name_or_path in world_names():
         return WORLDS / f"{name_or_path}.sdf"
-    path = Path(name_or_path)
-    if path.suffix == ".sdf" and path.is_file():
-        return path.resolve()
+    # Unlike Path's own, it takes no offence at the longest of names.
+    if name_or_path.lower().endswith(WORLD_SUFFIXES) and os.path.isfile(
+        name_or_path
+    ):
+        return Path(name_or_path).resolve()
+    shown = name_or_path
+    if len(shown) > 80:
+        shown = f"{shown[:60]}...{shown[-17:]}"
     raise WorldError(
-        f"unknown world {name_or_path!r}: valid are "
-        f"{', '.join(world_names())}, or the path of an .sdf file"
+        f"unknown world {shown!r}: valid are {', '.join(world_names())}, or "
+        f"the path of a file that ends in {' or '.join(WORLD_SUFFIXES)}"
     )
 
 
-def load_world(name_or_path: str) -> World:
-    """Reads a world: an SDF of static boxes and cylinders.
+def load_world(name_or_path: str, meshes: str = "refuse") -> World:
+    """Reads a world: an SDF of models that stand still.
+
+    Boxes, spheres, cylinders, capsules and ellipsoids are read, and a level
+    plane, which is the floor: the world is moved up or down so that the floor
+    is at z = 0.
+
+    Args:
+        name_or_path: a shipped world's name, or the path of its file.
+        meshes: `refuse` a mesh, or put oriented `boxes` or convex `hulls` in
+            the places of its connected parts.
 
     Raises:
         WorldError: no such world, or the file holds something else; it
-            names the file and the element.
+            names the first ten faults, each with its element and line.
     """
+    if meshes not in MESHES:
+        raise WorldError(f"meshes is {meshes!r}: valid is {', '.join(MESHES)}")
     path = find_world(name_or_path)
-    return _load(path, path.stat().st_mtime_ns)
+    files, world = _known.get((path, meshes), ({}, None))
+    if world is None or any(_changed(f) != at for f, at in files.items()):
+        files, world = _load(path, meshes)
+        _known.pop((path, meshes), None)
+        _known[path, meshes] = files, world
+        if len(_known) > _MOST_KNOWN:
+            del _known[next(iter(_known))]
+    return world
 
 
-@lru_cache(maxsize=16)
-def _load(path: Path, _modified: int) -> World:
-    _check_shapes(path)
+def _changed(file: Path) -> int:
+    return file.stat().st_mtime_ns if file.exists() else 0
+
+
+def _load(path: Path, meshes: str) -> tuple[dict[Path, int], World]:
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    try:
-        Parser(plant).AddModels(str(path))
-        plant.Finalize()
-    except RuntimeError as error:
-        line = " ".join(str(error).split())
-        raise WorldError(f"world {path}: {line}") from error
-    obstacles, geometries = _read_geometries(plant, scene_graph, path)
-    return World(path.stem, path, obstacles, geometries)
-
-
-def _check_shapes(path: Path) -> None:
-    """Names a wrong shape before Drake tries to load what it refers to."""
-    try:
-        root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, LookupError, ValueError) as error:
-        raise WorldError(f"world {path}: not valid XML: {error}") from error
-    if root.tag != "sdf":
-        raise WorldError(f"world {path}: the root is <{root.tag}>, not <sdf>")
-    for owner in root.iter():
-        if owner.tag not in ("collision", "visual"):
-            continue
-        name = f"world {path}: {owner.tag} {owner.get('name')!r}"
-        shapes = owner.findall("geometry/*")
-        if len(shapes) != 1 or shapes[0].tag not in _EXTENTS:
-            found = ", ".join(shape.tag for shape in shapes) or "nothing"
+    with tempfile.TemporaryDirectory() as folder:
+        copy = CleanCopy(path, Path(folder), meshes)
+        file = write_copy(copy)
+        try:
+            Parser(plant).AddModels(str(file))
+            plant.Finalize()
+        except (RuntimeError, ValueError) as error:
             raise WorldError(
-                f"{name} is a {found}; a world is made of box and cylinder"
+                f"world {path}: {_explain(str(error), copy.frames)}"
+            ) from error
+    world = read_loaded(copy, plant, scene_graph.model_inspector())
+    return copy.files, world
+
+
+def _explain(message: str, frames: dict[str, str]) -> str:
+    """What Drake's parser says, in the words of this library if it can be.
+
+    Args:
+        message: of the parser.
+        frames: the names of frames that a file refers to, and where.
+    """
+    line = " ".join(message.split())
+    for name in re.findall(r"\[([^][]*)\]", line):
+        if name in frames:
+            return (
+                f"{frames[name]}: the frame {name!r} that it refers to is not "
+                "there, or depends on it"
             )
-        # sdformat would put its own sizes in the place of such.
-        for tag, count in _EXTENTS[shapes[0].tag].items():
-            if not _is_positive(shapes[0].findtext(tag, ""), count):
-                raise WorldError(
-                    f"{name} needs a {tag} of {count} finite number(s) above 0"
-                )
-
-
-def _is_positive(text: str, count: int) -> bool:
-    try:
-        numbers = [float(word) for word in text.split()]
-    except ValueError:
-        return False
-    return len(numbers) == count and all(0 < x < math.inf for x in numbers)
-
-
-def _read_geometries(
-    plant: MultibodyPlant, scene_graph: SceneGraph, path: Path
-) -> tuple[tuple[Obstacle, ...], tuple[GeometryInstance, ...]]:
-    inspector = scene_graph.model_inspector()
-    context = plant.CreateDefaultContext()
-    obstacles, geometries = [], []
-    for number in range(plant.num_bodies()):
-        body = plant.get_body(BodyIndex(number))
-        if not plant.IsAnchored(body):
-            raise WorldError(
-                f"world {path}: link {body.name()!r} can move; write "
-                "<static>true</static> in its model"
-            )
-        X_WB = body.EvalPoseInWorld(context)
-        frame = plant.GetBodyFrameIdOrThrow(body.index())
-        for geometry in inspector.GetGeometries(frame):
-            instance = inspector.CloneGeometryInstance(geometry)
-            X_WG = X_WB @ instance.pose()
-            name = instance.name().split("::")[-1]
-            if not np.isfinite(X_WG.GetAsMatrix4()).all():
-                raise WorldError(f"world {path}: {name!r} is not finite")
-            instance.set_pose(X_WG)
-            instance.set_name(name)
-            geometries.append(instance)
-            if instance.proximity_properties() is not None:
-                corners = X_WG.multiply(_corners(instance.shape()).T).T
-                obstacles.append(Obstacle(name, corners))
-    return tuple(obstacles), tuple(geometries)
-
-
-def _corners(shape: Box | Cylinder) -> Array:
-    if isinstance(shape, Box):
-        return box_corners(np.asarray(shape.size()))
-    return cylinder_corners(shape.radius(), shape.length())
+    # The names of the copies say nothing.
+    line = re.sub(r"\S*/\d+\.sdf(:\d+)?:? ?", "", line)
+    return f"SDF does not allow it: {line.removeprefix('error: ')}"
 
 
 def add_world(plant: MultibodyPlant, world: World) -> list[GeometryId]:

@@ -6,6 +6,10 @@ from typing import Any
 
 from drake_mobarm.world.obstacles import Obstacle
 
+FARTHEST = 10_000.0
+"""How far anything may be from W's origin along each axis [m]. Beyond it, the
+single precision of what is drawn is coarser than a millimetre."""
+
 
 @dataclass(frozen=True, eq=False)
 class World:

@@ -113,7 +113,7 @@ def _build(text: str) -> Node:
         node = Node(tag, attributes, parser.CurrentLineNumber)
         parents[-1].children.append(node)
         parents.append(node)
-        if len(parents) > _DEPTH:
+        if len(parents) > _DEPTH + 1:
             raise DocumentError(
                 f"is nested more than {_DEPTH} elements deep in line "
                 f"{node.line}"

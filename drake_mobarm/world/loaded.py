@@ -162,8 +162,8 @@ def _floor(
         normal = X_WG.rotation().col(2)
         if np.abs(normal - [0, 0, 1]).max() > _SAME:
             copy.problems.append(
-                f"{part.where}: {part.label} is a plane that is not level; "
-                "only a floor can be one"
+                f"{part.where}: {part.label} is a plane that is not level, "
+                "and only a floor can be a plane"
             )
         else:
             floors.append((part, float(X_WG.translation()[2])))

@@ -11,6 +11,9 @@ SEARCH_PATHS = ("GAZEBO_MODEL_PATH", "GZ_SIM_RESOURCE_PATH")
 """The environment variables that hold folders of models."""
 
 
+_SHOWN = 80
+
+
 class ResourceError(ValueError):
     """A URI names nothing that can be found; it says where was looked."""
 
@@ -32,12 +35,13 @@ def find_resource(uri: str, file: Path, world: Path) -> Path:
         ResourceError: there is no such file or folder.
     """
     uri = uri.strip()
+    shown = repr(uri if len(uri) <= _SHOWN else f"{uri[:_SHOWN]}...")
     scheme, separator, name = uri.rpartition("://")
     if not uri or not name:
-        raise ResourceError(f"<uri> {uri!r} names no file")
+        raise ResourceError(f"<uri> {shown} names no file")
     if separator and scheme not in ("file", "model", "package"):
         raise ResourceError(
-            f"{uri!r} is not on this machine: valid is a path, file:// or "
+            f"{shown} is not on this machine: valid is a path, file:// or "
             "model://"
         )
     if scheme in ("", "file") and Path(name).is_absolute():
@@ -51,7 +55,7 @@ def find_resource(uri: str, file: Path, world: Path) -> Path:
     folders = ", ".join(str(folder) for folder in _folders(file, world))
     where = f" in {folders}" if len(places) > 1 else ""
     raise ResourceError(
-        f"{uri!r} is not found{where}: name its folder in {SEARCH_PATHS[0]}"
+        f"{shown} is not found{where}: name its folder in {SEARCH_PATHS[0]}"
     )
 
 

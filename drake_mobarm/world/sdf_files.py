@@ -17,7 +17,7 @@ _SUN, _GROUND = "model://sun", "model://ground_plane"
 # What cannot be in a world that stands still, and why.
 _REFUSED = {
     "actor": "it moves, which nothing in a world does",
-    "population": "it puts models at random places; write each as a <model>",
+    "population": "it puts models at random, so write each as a <model>",
     "insertions": "write its models into the world, and remove <state>",
     "deletions": "take its models out of the world, and remove <state>",
 }
@@ -78,7 +78,8 @@ def _copy_file(
         )
         return None
     elements.minor = int(version.partition(".")[2])
-    _refuse_children(elements, root)
+    for child in root:
+        _refuse(elements, child)
     tops = root.all("world", "model")
     if including and not tops:
         return None  # Such as a light.
@@ -103,10 +104,10 @@ def _copy_file(
     return copied, top.name
 
 
-def _refuse_children(elements: Elements, node: Node) -> None:
-    for child in node:
-        if child.tag in _REFUSED and child.children:
-            elements.problem(child, f"{label(child)}: {_REFUSED[child.tag]}")
+def _refuse(elements: Elements, node: Node) -> None:
+    """Writes down what a world cannot have, if an element is that."""
+    if node.tag in _REFUSED and node.children:
+        elements.problem(node, f"{label(node)}: {_REFUSED[node.tag]}")
 
 
 class _Reader:
@@ -124,7 +125,6 @@ class _Reader:
     def world(self, node: Node, parent: Element) -> None:
         """Copies a `<world>`."""
         out = SubElement(parent, "world", name=node.name or "unnamed")
-        _refuse_children(self._elements, node)
         self._children(node, out, None)
         for state in node.all("state"):
             self._state(state, out)
@@ -167,6 +167,7 @@ class _Reader:
     def _children(self, node: Node, out: Element, static: bool | None) -> None:
         siblings: dict[str, Node] = {}
         for child in node:
+            _refuse(self._elements, child)
             if child.tag == "model":
                 self.model(child, out, static, siblings)
             elif child.tag == "include":
@@ -247,7 +248,8 @@ class _Reader:
     def _state(self, node: Node, out: Element) -> None:
         """Puts the models of a copied world where a `<state>` has them."""
         elements = self._elements
-        _refuse_children(elements, node)
+        for child in node:
+            _refuse(elements, child)
         models = {
             child.findtext("name") or child.get("name"): child
             for child in out

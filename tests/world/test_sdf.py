@@ -230,7 +230,7 @@ def test_what_drake_cannot_parse_is_refused_in_one_line(write, text, word):
     ],
 )
 def test_extent_that_is_missing_or_no_length_is_refused(write, geometry):
-    with pytest.raises(WorldError, match="line 2: .*collision 'wall'"):
+    with pytest.raises(WorldError, match=r"line 2: .*collision 'wall'"):
         load_world(write(sdf(geometry)))
 
 

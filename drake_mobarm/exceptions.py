@@ -16,7 +16,7 @@ class ScenarioError(MobarmError, ValueError):
 
 
 class WorldError(MobarmError, ValueError):
-    """A world is unknown or is not made of static boxes and cylinders."""
+    """A world is unknown, or its file holds what a world cannot have."""
 
 
 class OutputError(MobarmError, RuntimeError):

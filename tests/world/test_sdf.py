@@ -5,6 +5,7 @@ import os
 import numpy as np
 import pytest
 
+from drake_mobarm import load_scenario
 from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.exceptions import MobarmError, WorldError
 from drake_mobarm.station import StationParameters
@@ -249,6 +250,44 @@ def test_unknown_world_is_refused_with_the_valid_ones(name):
     assert repr(name) in str(caught.value)
     for valid in ("bookstore", "cafe", "empty", "small_house"):
         assert valid in str(caught.value)
+
+
+@pytest.mark.parametrize("ending", ["", ".sdf", ".world"])
+def test_a_name_of_5000_characters_is_refused_in_few_words(ending):
+    name = "a" * 5000 + ending
+    for load in (
+        find_world,
+        lambda name: load_scenario("homing", [f"world={name}"]),
+    ):
+        with pytest.raises(WorldError) as caught:
+            load(name)
+        assert str(caught.value).startswith("unknown world 'aaaa")
+        assert len(str(caught.value)) < 250
+
+
+def test_a_name_with_a_zero_byte_is_unknown():
+    with pytest.raises(WorldError, match="unknown world"):
+        find_world("a\0b.sdf")
+
+
+@pytest.mark.parametrize(
+    "name", ["a.world", "a.SDF", "a.World", "my house.sdf"]
+)
+def test_files_of_worlds_have_several_endings(write, name):
+    world = load_world(write(sdf(), name))
+    assert world.name == name.rpartition(".")[0]
+
+
+@pytest.mark.parametrize("name", ["a.world", "a.SDF"])
+def test_a_world_is_found_beside_the_scenario_that_names_it(
+    write, tmp_path, name
+):
+    write(sdf(pose="0 9 0 0 0 0"), name)
+    scenario = tmp_path / "mine.yaml"
+    scenario.write_text(
+        f"diagram: homing\nworld: {name}\nstart: [0, 0, 0]\nbeacon: [3, 0]\n"
+    )
+    assert load_scenario(str(scenario)).world == str(tmp_path / name)
 
 
 def test_folder_and_file_of_another_kind_are_no_worlds(tmp_path):

@@ -123,7 +123,7 @@ def join_ranges(valid: Sequence[str], kind: str) -> str:
     for words in ("in ", "finite and ", "finite, "):
         short = [text.removeprefix(words) for text in short]
     if any(text.startswith("(0, ") for text in short):
-        short = [text for text in short if text != "above 0"]
+        short = [text for text in short if text != "[1e-9, 1e6]"]
     if not short:
         return "true, false" if kind == "bool" else "any"
     return "; ".join(short)

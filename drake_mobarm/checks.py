@@ -2,6 +2,8 @@
 
 The helpers take the object that is being made and the names of its fields. A
 comparison with NaN is false, so that every check of a range refuses it, too.
+Every range ends at 1e6 and, above 0, at 1e-9, in SI units: beyond them nothing
+is meant, and products of two or three such numbers are still exact enough.
 """
 
 import math
@@ -43,33 +45,33 @@ def shown(value: object) -> str:
 
 
 def finite(owner: object, *fields: str) -> None:
-    """Each field has to be a finite number."""
-    for field in fields:
-        value = getattr(owner, field)
-        require(math.isfinite(value), field, value, "finite")
+    """Each field has to be a number in [-1e6, 1e6]."""
+    within(owner, "[-1e6, 1e6]", *fields)
 
 
 def positive(owner: object, *fields: str) -> None:
-    """Each field has to be a finite number above 0."""
-    for field in fields:
-        value = getattr(owner, field)
-        require(0 < value < math.inf, field, value, "finite and above 0")
+    """Each field has to be a number in [1e-9, 1e6]."""
+    within(owner, "[1e-9, 1e6]", *fields)
 
 
 def not_negative(owner: object, *fields: str) -> None:
-    """Each field has to be a finite number, 0 or more."""
-    for field in fields:
-        value = getattr(owner, field)
-        require(0 <= value < math.inf, field, value, "finite, 0 or more")
+    """Each field has to be a number in [0, 1e6]."""
+    within(owner, "[0, 1e6]", *fields)
 
 
 def at_least(owner: object, least: int, *fields: str) -> None:
-    """Each field has to be a whole number, `least` or more."""
-    valid = f"a whole number, {least} or more"
+    """Each field has to be a whole number from `least` to a million."""
+    whole(owner, least, 10**6, *fields)
+
+
+def whole(owner: object, least: int, most: int, *fields: str) -> None:
+    """Each field has to be a whole number from `least` to `most`."""
     for field in fields:
-        value = getattr(owner, field)
-        whole = isinstance(value, numbers.Integral)
-        require(whole and value >= least, field, value, valid)
+        value: Any = getattr(owner, field)
+        is_whole = isinstance(value, numbers.Integral)
+        holds = is_whole and least <= value <= most
+        valid = f"a whole number, {least} to {most}"
+        require(holds, field, value, valid)
 
 
 def within(owner: object, interval: str, *fields: str) -> None:
@@ -101,7 +103,7 @@ def one_of(owner: object, choices: Iterable[Any], *fields: str) -> None:
 
 
 def finite_numbers(owner: object, meaning: str, *fields: str) -> None:
-    """Each field has to be a list of so many finite numbers.
+    """Each field has to be a list of so many numbers in [-1e6, 1e6].
 
     Args:
         owner: the object that is being made.
@@ -113,20 +115,20 @@ def finite_numbers(owner: object, meaning: str, *fields: str) -> None:
     for field in fields:
         value = getattr(owner, field)
         require(
-            len(value) == count and all(map(math.isfinite, value)),
+            len(value) == count and all(-1e6 <= x <= 1e6 for x in value),
             field,
             value,
-            f"{meaning}, finite",
+            f"{meaning}, each in [-1e6, 1e6]",
         )
 
 
 def positive_numbers(owner: object, count: int, *fields: str) -> None:
-    """Each field has to be a list of so many finite numbers above 0."""
-    valid = f"{count} finite numbers above 0"
+    """Each field has to be a list of so many numbers in [1e-9, 1e6]."""
+    valid = f"{count} numbers in [1e-9, 1e6]"
     for field in fields:
         value = getattr(owner, field)
         require(
-            len(value) == count and all(0 < x < math.inf for x in value),
+            len(value) == count and all(1e-9 <= x <= 1e6 for x in value),
             field,
             value,
             valid,

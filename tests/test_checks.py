@@ -12,6 +12,8 @@ from helpers.refusals import assert_refused
 
 NAN, INF = math.nan, math.inf
 LEAST = 5e-324  # The least number above 0.
+TOO_SMALL = math.nextafter(1e-9, 0)
+ABOVE_A_MILLION = math.nextafter(1e6, 2e6)
 MOST = 1.7976931348623157e308  # The largest finite one.
 
 
@@ -19,23 +21,28 @@ MOST = 1.7976931348623157e308  # The largest finite one.
 CASES = {
     "positive": (
         *(checks.positive, ()),
-        [LEAST, 1, 2.5, MOST],
-        [0, 0.0, -0.0, -LEAST, -1, INF, -INF, NAN],
+        [1e-9, 1, 2.5, 1e6, 10**6],
+        [0, 0.0, -0.0, TOO_SMALL, -1, ABOVE_A_MILLION, INF, -INF, NAN],
     ),
     "not_negative": (
         *(checks.not_negative, ()),
-        [0, 0.0, -0.0, LEAST, 1, MOST],
-        [-LEAST, -1, INF, -INF, NAN],
+        [0, 0.0, -0.0, LEAST, 1, 1e6],
+        [-LEAST, -1, ABOVE_A_MILLION, 10**400, INF, -INF, NAN],
     ),
     "finite": (
         *(checks.finite, ()),
-        [0, -1.5, LEAST, MOST, -MOST],
-        [INF, -INF, NAN],
+        [0, -1.5, LEAST, 1e6, -1e6],
+        [ABOVE_A_MILLION, -ABOVE_A_MILLION, -(10**400), INF, -INF, NAN],
     ),
     "at_least": (
         *(checks.at_least, (3,)),
-        [3, 4, np.int64(5), 10**9],
-        [2, 3.0, 3.5, math.nextafter(3, 0), -3, MOST, INF, NAN],
+        [3, 4, np.int64(5), 10**6],
+        [2, 3.0, 10**6 + 1, INF, NAN],
+    ),
+    "whole": (
+        *(checks.whole, (3, 7)),
+        [3, 4, np.int64(5), 7],
+        [2, 8, 10**400, 3.0, 3.5, math.nextafter(3, 0), -3, INF, NAN],
     ),
     "within open": (
         *(checks.within, ("(0, 1)",)),
@@ -84,13 +91,13 @@ CASES = {
     ),
     "finite_numbers": (
         *(checks.finite_numbers, ("[x, y] in m",)),
-        [[0, 0.0], (-MOST, MOST)],
-        [[], [1], [1, 2, 3], [NAN, 1], [1, INF], [-INF, 1]],
+        [[0, 0.0], (-1e6, 1e6)],
+        [[], [1], [1, 2, 3], [NAN, 1], [1, INF], [-INF, 1], [1, 1.1e6]],
     ),
     "positive_numbers": (
         *(checks.positive_numbers, (2,)),
-        [[LEAST, MOST], (1, 2)],
-        [[], [1], [1, 2, 3], [0, 1], [1, -1], [1, NAN], [INF, 1]],
+        [[1e-9, 1e6], (1, 2)],
+        [[], [1], [1, 2, 3], [0, 1], [1, -1], [1, NAN], [INF, 1], [9e-10, 1]],
     ),
 }
 
@@ -132,14 +139,17 @@ def test_every_field_that_is_named_is_checked_and_no_other(name):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("positive", "x is 0: valid is finite and above 0"),
-        ("finite", "x is inf: valid is finite"),
-        ("not_negative", "x is -5e-324: valid is finite, 0 or more"),
-        ("at_least", "x is 2: valid is a whole number, 3 or more"),
+        ("positive", "x is 0: valid is in [1e-9, 1e6]"),
+        ("finite", "x is 1000000.0000000001: valid is in [-1e6, 1e6]"),
+        ("not_negative", "x is -5e-324: valid is in [0, 1e6]"),
+        ("at_least", "x is 2: valid is a whole number, 3 to 1000000"),
         ("within a turn", "x is 6.283185307179586: valid is in [0, 2 pi)"),
         ("one_of", "x is '': valid is a, b, 3"),
-        ("finite_numbers", "x is []: valid is [x, y] in m, finite"),
-        ("positive_numbers", "x is []: valid is 2 finite numbers above 0"),
+        (
+            "finite_numbers",
+            "x is []: valid is [x, y] in m, each in [-1e6, 1e6]",
+        ),
+        ("positive_numbers", "x is []: valid is 2 numbers in [1e-9, 1e6]"),
     ],
 )
 def test_a_refusal_tells_field_value_and_what_is_valid(name, message):
@@ -154,3 +164,22 @@ def test_require_raises_unless_it_holds():
     with pytest.raises(ParameterError) as caught:
         checks.require(False, "x", "a", "a number")
     assert str(caught.value) == "x is 'a': valid is a number"
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (1.5, "1.5"),
+        ([0.6, 0.0, -0.8], "[0.6, 0.0, -0.8]"),
+        (np.array([[1, 2], [3, 4]]), "array([[1, 2], [3, 4]])"),
+        pytest.param(-(10**5000), "a very long int", id="digits"),
+        ("x" * 5000, "..."),
+        (list(range(5000)), "[0, 1, 2, 3, 4, 5, 6, 7, ...]"),
+        ([[[[[[1]]]]]], "[[[[...]]]]"),
+    ],
+)
+def test_a_value_is_shown_in_one_short_line(value, text):
+    shown = checks.shown(value)
+    assert text in shown
+    assert "\n" not in shown
+    assert len(shown) < 200

@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.checks import at_least, positive, within
+from drake_mobarm.checks import positive, whole, within
 from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.parallax import intersect_bearings, update_parallax
@@ -64,7 +64,7 @@ class HybridParameters:
 
     def __post_init__(self) -> None:
         within(self, "(0, 1]", "k")
-        at_least(self, 3, "buffer")
+        whole(self, 3, 10_000, "buffer")
         positive(
             self,
             "tau",

@@ -4,8 +4,6 @@ from collections.abc import Mapping
 from dataclasses import field
 from typing import Any, ClassVar
 
-import numpy as np
-
 from drake_mobarm.checks import (
     finite_numbers,
     not_negative,
@@ -96,10 +94,11 @@ class PlacementScenario(PlacementParameters):
             "within 1000 m of W's origin",
         )
         require(
-            len(self.heading) <= 1 and bool(np.isfinite(self.heading).all()),
+            len(self.heading) <= 1
+            and all(-1e6 <= x <= 1e6 for x in self.heading),
             "heading",
             self.heading,
-            "[yaw], finite, in rad, or empty",
+            "empty, or [yaw] in rad, each in [-1e6, 1e6]",
         )
 
 

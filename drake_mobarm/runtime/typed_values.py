@@ -87,7 +87,7 @@ def _as_float(value: int) -> float:
     try:
         return float(value)
     except OverflowError:
-        return math.copysign(math.inf, value)
+        return math.inf if value > 0 else -math.inf
 
 
 def _check_value(kind: Any, value: Any, where: str, name: str) -> Any:

@@ -159,7 +159,7 @@ class BeaconParameters:
     """How the antenna array hears a beacon.
 
     Attributes:
-        rate: readings a second [Hz].
+        rate: readings a second [Hz], 0.1 to 50.
         model: which beacon it is calibrated for, of `BEACONS`.
         field_of_view: full width about the antenna's heading [rad] outside
             which there is no reading; 2 pi for all around, pi for today's
@@ -175,7 +175,7 @@ class BeaconParameters:
     outages: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
-        within(self, "(0, 50]", "rate")
+        within(self, "[0.1, 50]", "rate")
         one_of(self, BEACONS, "model")
         within(self, "(0, 2 pi]", "field_of_view")
         within(self, "[0, 1)", "dropout")

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from drake_mobarm.checks import at_least, not_negative, positive, within
+from drake_mobarm.checks import not_negative, positive, whole, within
 from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 
@@ -15,8 +15,8 @@ class LidarParameters:
     """A scanner of the RPLIDAR A2M8's class.
 
     Attributes:
-        rays: rays in a full turn.
-        rate: scans a second [Hz].
+        rays: rays in a full turn, up to 10,000.
+        rate: scans a second [Hz], 0.1 to 100.
         range_max: longest distance that it reports [m].
         noise: standard deviation of a range [m].
     """
@@ -27,8 +27,8 @@ class LidarParameters:
     noise: float = 0.01
 
     def __post_init__(self) -> None:
-        at_least(self, 8, "rays")
-        within(self, "(0, 100]", "rate")
+        whole(self, 8, 10_000, "rays")
+        within(self, "[0.1, 100]", "rate")
         positive(self, "range_max")
         not_negative(self, "noise")
 

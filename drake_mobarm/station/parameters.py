@@ -50,7 +50,7 @@ class StationParameters:
     )
 
     def __post_init__(self) -> None:
-        within(self, "(0, 0.01]", "time_step")
+        within(self, "[1e-4, 0.01]", "time_step")
         one_of(self, LOCALIZATIONS, "localization")
         finite_numbers(
             self,

@@ -91,19 +91,19 @@ def bound(text):
 
 def just_outside(stated):
     """Numbers that a stated range leaves out, close to where it ends."""
-    if interval := re.fullmatch(r"in ([(\[])(.+), (.+)([)\]])", stated):
+    in_range = r"(?:.* (?:each|numbers) )?in ([(\[])(.+), (.+)([)\]])"
+    if interval := re.fullmatch(in_range, stated):
         left, low, high, right = interval.groups()
         low, high = bound(low), bound(high)
         return [
             low if left == "(" else math.nextafter(low, -math.inf),
             high if right == ")" else math.nextafter(high, math.inf),
         ]
-    if least := re.fullmatch(r"a whole number, (\d+) or more", stated):
-        return [int(least[1]) - 1, int(least[1]) + 0.5]
-    if re.fullmatch(r"(\d+ finite numbers|finite and) above 0", stated):
-        return [0, -1e-300]
-    if stated == "finite, 0 or more":
-        return [-1e-300]
+    if whole := re.fullmatch(r"a whole number, (\d+) to (\d+)", stated):
+        least, most = int(whole[1]), int(whole[2])
+        return [least - 1, least + 0.5, most + 1]
+    if stated == "a whole number, 0 or more":  # A seed.
+        return [-1, 0.5, 2**63]
     if stated.endswith("0, or 1e-6 to 1e6"):
         return [-1e-300, 0.999e-6, 1.001e6]
     if re.fullmatch(r"\d(, \d)+", stated):

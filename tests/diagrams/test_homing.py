@@ -176,6 +176,7 @@ REACHES = {
     "beacon": {"beacon"},
     "noise": {"beacon"},
     "calibration_noise": {"estimator"},
+    "seed": {"estimator"},  # By the calibration; noise is in the context.
     "station.time_step": {"plant", "ground_truth"},
     "station.stowed": {"plant", "arm_driver", "stow"},
     "station.lidar.rays": {

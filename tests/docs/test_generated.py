@@ -98,13 +98,16 @@ def test_every_metric_of_a_run_is_described(job):
 @pytest.mark.parametrize(
     ("key", "cells"),
     [
-        ("filter.arrival_margin", "float | - | `4.5` | above 0"),
+        ("filter.arrival_margin", "float | - | `4.5` | [1e-9, 1e6]"),
         ("station.beacon.dropout", "float | - | `0` | [0, 1)"),
         (
             "station.base_drive.base.com_offset",
-            "float | m | `-0.003235` | finite",
+            "float | m | `-0.003235` | [-1e6, 1e6]",
         ),
-        ("rules.tight_margin", "float | m | `0.015` | above 0; up to margin"),
+        (
+            "rules.tight_margin",
+            "float | m | `0.015` | [1e-9, 1e6]; up to margin",
+        ),
         ("estimator", "str |  | `filter` | hybrid, filter"),
         ("start", "list[float] | m, rad | needed; shipped: `[-8, -2.6, 0.5]`"),
     ],

@@ -112,13 +112,16 @@ def update(
     position = np.array([x, y])
     # Where something was touched is a guess: the way avoids it, no more.
     scan = Scan.from_ranges(position, yaw, scanned, range_max, no_places())
+    moved = 0.0
     if state.target is not None:
         share = min(period / parameters.smoothing_time, 1.0)
-        estimate = state.target + share * (estimate - state.target)
+        step = share * (estimate - state.target)
+        estimate, moved = state.target + step, length(step)
     state = replace(
         state,
         map=state.map.with_scan(position, yaw, scanned, range_max),
         target=estimate,
+        closest=min(state.closest + moved, length(estimate - position)),
         recovery=_recovery(state, pose, scan, period, parameters),
         pose=pose,
     )
@@ -231,7 +234,7 @@ def _plan(
         state.map.points(),
         scan.position,
         target,
-        _tolerance(target, scan.position),
+        _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest,
         parameters.route,
         tried=state.tried,
         last=None if state.plan is None else state.plan.route,
@@ -250,11 +253,6 @@ def _holds(
         and lengths(plan.route.places - scan.position).min() <= _OFF_WAY
         and not is_shut(plan.route, scan, parameters.route)
     )
-
-
-def _tolerance(target: Array, position: Array) -> float:
-    """How far from an estimate a way from a position may end [m]."""
-    return _NEAR_ENOUGH + _ESTIMATE_ERROR * length(target - position)
 
 
 def _drive(
@@ -344,7 +342,7 @@ def _try_another(
     target, end = state.target, route.places[-1]
     assert target is not None
     state = replace(state, plan=None, halt=None)
-    if route.miss <= _tolerance(target, end):
+    if route.miss <= _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest:
         return replace(state, tried=np.vstack([state.tried, end]))
     if state.forgotten < parameters.forgetting:
         touched = state.map.touched if state.forgotten == 0 else no_places()

@@ -121,6 +121,8 @@ class MapAvoidanceState(Immutable):
         map: what it has seen and touched.
         pose: X_WB at the last scan, [x, y, yaw] in m and rad.
         target: p_WT, the smoothed estimate [m], (2,).
+        closest: how near the robot has been to it, and how far it has moved
+            since [m]: the estimate is as good as from there.
         plan: the way to it; None where it has to be planned.
         recovery: from touching something unseen.
         halt: of no progress; None before one.
@@ -135,6 +137,7 @@ class MapAvoidanceState(Immutable):
     map: SeenMap = field(default_factory=SeenMap)
     pose: tuple[float, float, float] | None = None
     target: Array | None = None
+    closest: float = np.inf
     plan: Plan | None = None
     recovery: Recovery = field(default_factory=Recovery)
     halt: Halt | None = None

@@ -14,6 +14,7 @@ from pydrake.systems.primitives import (
 from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
 from drake_mobarm.driving.systems import MapAvoidance, WaypointController
+from drake_mobarm.homing.confirmed import ConfirmedHybrid
 from drake_mobarm.homing.filter import FilterEstimator
 from drake_mobarm.homing.hybrid import HybridEstimator
 from drake_mobarm.homing.job import HomingParameters, HomingScenario
@@ -64,10 +65,16 @@ def build_job(
     wiring = Wiring(blocks)
 
     def make_estimator() -> System:
+        own = FilterEstimator(parameters.filter)
         law = (
-            HybridEstimator(parameters.hybrid)
+            ConfirmedHybrid(HybridEstimator(parameters.hybrid), own)
             if parameters.estimator == "hybrid"
-            else FilterEstimator(parameters.filter)
+            else own
+        )
+        base = station.base_drive.base
+        wheel = base.wheel_speed_limit
+        (speed, _), (_, turn_rate) = (
+            base.body_velocity(left, wheel) for left in (wheel, -wheel)
         )
         return TargetEstimator(
             law,
@@ -75,6 +82,7 @@ def build_job(
             np.array(ANTENNA_POSITION),
             station.beacon.rate,
             PROCESSING_DELAY,
+            (speed, turn_rate),
         )
 
     def make_avoidance() -> System:

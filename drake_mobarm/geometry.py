@@ -9,6 +9,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
+FARTHEST = 1e6
+"""No robot is farther from the origin [m]; nor has it turned more [rad]."""
+
 
 def wrap_angle(angle: ArrayLike) -> Any:
     """Wraps angles [rad] of any shape into [-pi, pi).
@@ -27,6 +30,14 @@ def rotation(yaw: float) -> Array:
     """The planar rotation matrix R_AB, (2, 2), of a frame B at `yaw` [rad]."""
     c, s = math.cos(yaw), math.sin(yaw)
     return np.array([[c, -s], [s, c]])
+
+
+def is_pose(pose: Iterable[float]) -> bool:
+    """Whether [x, y, yaw] in m and rad can be a robot's pose at all.
+
+    It is finite, and no farther away than `FARTHEST` [m].
+    """
+    return all(abs(number) <= FARTHEST for number in pose)
 
 
 def transform_points(pose: Iterable[float], p_BP: ArrayLike) -> Array:

@@ -12,6 +12,7 @@ from drake_mobarm.driving.map_avoidance_state import (
     initial_state,
 )
 from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
+from drake_mobarm.geometry import is_pose
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.signals import (
     BaseVelocity,
@@ -26,7 +27,7 @@ class WaypointController(LeafSystem):
     """Drives to the waypoint by proportional control, and halts on arrival.
 
     Without a waypoint it turns on the spot, so that the robot's sensors look
-    around.
+    around. It stands still while the pose cannot be one.
 
     .. pydrake_system::
 
@@ -65,7 +66,8 @@ class WaypointController(LeafSystem):
         output.SetFromVector(self._command(context))
 
     def _command(self, context: Context) -> tuple[float, float]:
-        if self._arrived.Eval(context)[0] > 0.5:
+        pose = self._pose.Eval(context).tolist()
+        if self._arrived.Eval(context)[0] > 0.5 or not is_pose(pose):
             return 0.0, 0.0
         x, y, speed_limit = self._waypoint.Eval(context).tolist()
         if not (math.isfinite(x) and math.isfinite(y)):
@@ -73,7 +75,7 @@ class WaypointController(LeafSystem):
         if speed_limit < 0:
             return speed_limit, 0.0
         return drive_to(
-            self._pose.Eval(context).tolist(),
+            pose,
             (x, y),
             self._parameters,
             speed_limit,

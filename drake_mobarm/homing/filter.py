@@ -43,6 +43,8 @@ _BETTER = 0.5
 _BELIEVED_LOG_GAIN = math.log(2)
 # Bearings whose squared error is so many times their variance are at odds.
 _SURPRISE = 9.0
+# Another estimator's position this near [m] is the same place.
+_SAME_PLACE = 0.25
 # A distance that no Bluetooth reaches [m]: beyond it is no reading.
 _FARTHEST = 1000.0
 
@@ -171,6 +173,28 @@ class FilterEstimator:
             math.hypot(x - base_x, y - base_y)
             <= self._parameters.arrival_distance
             and state.margins.min() > self._parameters.arrival_margin
+        )
+
+    def confirms(self, state: FilterState, p_WT: Array) -> bool:
+        """Whether the readings allow no place far from a position.
+
+        Args:
+            state: of the filter.
+            p_WT: the position [m], (2,).
+
+        Returns:
+            True where the estimate is within `_SAME_PLACE` of it, and every
+            place that is twice as far from that explains the readings worse
+            by `arrival_margin`.
+        """
+        if state.fit is None or state.margins is None:
+            return False
+        apart = state.fit.target - p_WT
+        far = self._parameters.arrival_radius * np.array(_RINGS)
+        margins = state.margins[far >= 2 * _SAME_PLACE]
+        return (
+            math.hypot(apart[0], apart[1]) <= _SAME_PLACE
+            and margins.min() > self._parameters.arrival_margin
         )
 
     def _start(self, readings: Array, noise: Noise) -> FilterState:

@@ -16,9 +16,14 @@ from drake_mobarm.frozen import frozen
 from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
-from drake_mobarm.homing.metrics import homing_metrics, judge
+from drake_mobarm.homing.metrics import (
+    count_dropped,
+    homing_metrics,
+    judge,
+)
 from drake_mobarm.job import Job, Trace, Verdict
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
+from drake_mobarm.sensors.rssi import BEACONS
 from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.places import Place
@@ -108,7 +113,9 @@ def _places(scenario: HomingScenario) -> list[Place]:
 def _judge(
     scenario: HomingScenario, trace: Trace, outputs: Mapping[str, Any]
 ) -> Verdict:
-    metrics = homing_metrics(trace, scenario.beacon)
+    metrics = homing_metrics(trace, scenario.beacon) | count_dropped(
+        trace, BEACONS[scenario.station.beacon.model]
+    )
     arrived = bool(outputs["arrived"][0] > 0.5)
     given_up, x, y = outputs["given_up"]
     shut = (x, y) if given_up > 0.5 else None

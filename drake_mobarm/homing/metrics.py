@@ -5,7 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
-from drake_mobarm.geometry import Array
+from drake_mobarm.geometry import Array, is_pose
+from drake_mobarm.homing.screening import is_possible_strength
+from drake_mobarm.sensors.rssi import RssiModel
 
 SUCCESS_DISTANCE = 1.0
 """A run that ends by itself nearer than this to the target succeeded [m]."""
@@ -43,6 +45,36 @@ def homing_metrics(
         "path_efficiency": straight / travelled if travelled > 0 else 1.0,
         "distance_travelled_m": travelled,
         "contacts": float(trace["ground_truth"][-1, 6]),
+    }
+
+
+def count_dropped(
+    trace: Mapping[str, Array], calibration: RssiModel
+) -> dict[str, float]:
+    """How many of the trace's samples no estimator can use.
+
+    Args:
+        trace: `measured_base_pose` (n, 3), `beacon_reading` (n, 3).
+        calibration: of the beacon.
+
+    Returns:
+        Poses that cannot be one, and readings that are marked valid and are
+        not finite or have a strength that no beacon has.
+    """
+    poses = trace["measured_base_pose"].tolist()
+    heard = trace["beacon_reading"]
+    heard = heard[heard[:, 2] > 0.5].tolist()
+    return {
+        "poses_dropped": float(sum(not is_pose(pose) for pose in poses)),
+        "readings_dropped": float(
+            sum(
+                not (
+                    np.isfinite(angle)
+                    and is_possible_strength(rssi, calibration)
+                )
+                for angle, rssi, _ in heard
+            )
+        ),
     }
 
 

@@ -103,6 +103,11 @@ def describe_homing(run: RunRecord) -> list[tuple[str, str]]:
             f"{m['path_efficiency']:.2f}",
         ),
         ("contacts", f"{m['contacts']:.0f}"),
+        *(
+            (f"{kind} dropped", f"{m[f'{kind}_dropped']:.0f}")
+            for kind in ("poses", "readings")
+            if m[f"{kind}_dropped"] > 0
+        ),
     ]
 
 

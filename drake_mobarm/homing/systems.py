@@ -5,14 +5,22 @@ a reading and the odometry seen with it are of the same instant.
 """
 
 import math
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
-from drake_mobarm.geometry import Array, transform_points
+from drake_mobarm.geometry import Array, is_pose, transform_points
 from drake_mobarm.homing import avoidance
+from drake_mobarm.homing.screening import (
+    PoseHistory,
+    PoseVerdict,
+    is_possible_strength,
+    screen_pose,
+)
+from drake_mobarm.immutable import Immutable
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.rssi import RssiModel
 from drake_mobarm.signals import (
@@ -59,6 +67,14 @@ class TargetLaw(Protocol):
         """
 
 
+@dataclass(frozen=True, eq=False)
+class _Memory(Immutable):
+    """What the estimator remembers: of the poses, and its law's state."""
+
+    poses: PoseHistory
+    law: Any
+
+
 class TargetEstimator(LeafSystem):
     """Estimates where the beacon is, from readings taken on the way.
 
@@ -77,7 +93,9 @@ class TargetEstimator(LeafSystem):
     - estimated_target (3): TargetEstimate in W.
     - arrived (1): 1 where the law's arrival conditions hold.
 
-    A reading that is marked invalid, or is not finite, changes nothing.
+    A reading that is marked invalid, is not finite, or has a strength that no
+    beacon has, changes nothing; nor does any while the pose is dropped. Where
+    the pose has jumped for good the law begins anew.
 
     No direct feedthrough.
 
@@ -88,6 +106,7 @@ class TargetEstimator(LeafSystem):
         p_BA: the antenna in the base's frame [m], (2,).
         rate: readings a second [Hz].
         delay: after the sensor's samples [s].
+        limits: the robot's highest speed [m/s] and turn rate [rad/s].
     """
 
     def __init__(
@@ -97,18 +116,22 @@ class TargetEstimator(LeafSystem):
         p_BA: Array,
         rate: float,
         delay: float,
+        limits: tuple[float, float] = (1.0, 5.0),
     ) -> None:
         super().__init__()
         self._law = law
         self._calibration = calibration
         self._p_BA = p_BA
+        self._period, self._limits = 1 / rate, limits
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
         self._reading = self.DeclareVectorInputPort(
             "beacon_reading", size(BeaconReading)
         )
-        self._memory = self.DeclareAbstractState(Value(law.initial_state()))
+        self._memory = self.DeclareAbstractState(
+            Value(_Memory(PoseHistory(), law.initial_state()))
+        )
         self._estimate = self.DeclareDiscreteState([np.nan, np.nan, 0.0])
         self._arrived = self.DeclareDiscreteState(1)
         self.DeclareStateOutputPort("estimated_target", self._estimate)
@@ -118,24 +141,36 @@ class TargetEstimator(LeafSystem):
         )
 
     def _update(self, context: Context, state: State) -> None:
-        pose = self._pose.Eval(context).tolist()
+        pose = tuple(self._pose.Eval(context).tolist())
         angle, rssi, valid = self._reading.Eval(context).tolist()
-        memory = context.get_abstract_state(int(self._memory)).get_value()
-        if valid > 0.5 and math.isfinite(angle) and math.isfinite(rssi):
+        last = context.get_abstract_state(int(self._memory)).get_value()
+        poses, verdict = screen_pose(
+            last.poses, pose, self._period, self._limits
+        )
+        memory = last.law
+        if verdict is PoseVerdict.MOVED:
+            memory = self._law.initial_state()
+        heard = (
+            valid > 0.5
+            and math.isfinite(angle)
+            and is_possible_strength(rssi, self._calibration)
+        )
+        usable = verdict is not PoseVerdict.DROPPED
+        if usable and heard:
             memory = self._law.update(
                 memory,
                 transform_points(pose, self._p_BA),
                 pose[2] + angle,
                 float(self._calibration.distance(rssi)),
             )
-            state.get_mutable_abstract_state(int(self._memory)).set_value(
-                memory
-            )
+        state.get_mutable_abstract_state(int(self._memory)).set_value(
+            _Memory(poses, memory)
+        )
         target = self._law.estimate(memory)
-        arrived = self._law.arrived(memory, np.array(pose[:2]))
+        arrived = usable and self._law.arrived(memory, np.array(pose[:2]))
         discrete = state.get_mutable_discrete_state()
-        if target is not None:
-            discrete.set_value(self._estimate, [*target, 1.0])
+        known = [np.nan, np.nan, 0.0] if target is None else [*target, 1.0]
+        discrete.set_value(self._estimate, known)
         discrete.set_value(self._arrived, [float(arrived)])
 
 
@@ -234,11 +269,12 @@ class ObstacleAvoidance(LeafSystem):
 
     def _update(self, context: Context, state: State) -> None:
         target = TargetEstimate(self._target.Eval(context))
-        if target.known < 0.5:
+        pose = self._pose.Eval(context)
+        if target.known < 0.5 or not is_pose(pose):
             return
         memory = avoidance.update(
             context.get_abstract_state(int(self._memory)).get_value(),
-            self._pose.Eval(context),
+            pose,
             target[:2],
             self._ranges.Eval(context),
             self._velocity.Eval(context),
@@ -252,5 +288,4 @@ class ObstacleAvoidance(LeafSystem):
             self._waypoint, [*memory.waypoint, memory.speed_limit]
         )
         if avoidance.has_given_up(memory, self._parameters):
-            pose = self._pose.Eval(context)
             discrete.set_value(self._given_up, [1.0, pose[0], pose[1]])

@@ -198,6 +198,14 @@ REACHES = {
     "station.beacon.model": {"beacon", "estimator"},
     "station.base_drive": {"base_driver"},
     "station.base_drive.base": {"base_driver", "odometry"},
+    **{
+        f"station.base_drive.base.{key}": {
+            "base_driver",
+            "odometry",
+            "estimator",
+        }
+        for key in ("wheel_radius", "track", "wheel_speed_limit")
+    },
     "station.arm_drive": {"arm_driver"},
     "station.localization": {"localization"},
     "station.scan_matching": {"localization"},

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_mobarm.homing.metrics import homing_metrics, judge
+from drake_mobarm.homing.metrics import count_dropped, homing_metrics, judge
+from drake_mobarm.sensors.rssi import RssiModel
 
 POINT = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 
@@ -145,3 +146,21 @@ def test_reason_says_what_went_wrong_and_by_how_much():
 
 def test_final_error_that_is_not_a_number_is_no_success():
     assert judge(metrics_with_error(math.nan), True, 60.0)[0] is False
+
+
+def test_samples_that_no_estimator_can_use_are_counted():
+    poses = [[0, 0, 0], [math.nan, 0, 0], [1e300, 0, 0], [1, 1, 90]]
+    readings = [
+        [0.1, -60.0, 1],
+        [math.nan, math.nan, 0],  # Nothing heard: nothing dropped.
+        [math.nan, -60.0, 1],
+        [0.1, -400.0, 1],
+    ]
+    run = {
+        "measured_base_pose": np.array(poses),
+        "beacon_reading": np.array(readings),
+    }
+    assert count_dropped(run, RssiModel()) == {
+        "poses_dropped": 2.0,
+        "readings_dropped": 2.0,
+    }

@@ -2,6 +2,7 @@
 
 import argparse
 import hashlib
+import io
 import logging
 import os
 import re
@@ -30,54 +31,78 @@ from drake_mobarm.runtime.scenarios import (
 )
 from drake_mobarm.runtime.simulation import build_diagram, run
 from drake_mobarm.runtime.tables import reproduce
+from drake_mobarm.runtime.terminal import (
+    abandon,
+    flush,
+    say,
+    tell,
+    tell_fault,
+    warn,
+)
 from drake_mobarm.world.sdf import world_names
 
 # Of what is set, in the name of a run's folder.
 _NAME_LENGTH = 60
 _FORCE = "replace what else the folder holds"
 
-SUCCESS, FAILURE, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+SUCCESS, FAILURE, BAD_INPUT, FAULT, INTERRUPTED = 0, 1, 2, 70, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command.
 
+    Whatever goes wrong is one line: nothing is raised but what leaves Python.
+
     Returns:
-        0: the robot did its job; 1: it ran and did not; 2: bad input; 130:
-        interrupted.
+        0: the robot did its job; 1: it ran and did not; 2: bad input; 70: a
+        fault of this program; 130: interrupted.
     """
-    options = _make_parser().parse_args(arguments)
-    # A kill cleans up as Ctrl-C does.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    # Drake tells on which port Meshcat listens at every recording.
-    logging.getLogger("drake").setLevel(logging.WARNING)
+    # Pictures go to files, whatever windows the environment asks for.
+    os.environ["MPLBACKEND"] = "agg"
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # Names of files need not be text.
+            stream.reconfigure(errors="backslashreplace")
     try:
         with warnings.catch_warnings():
-            warnings.showwarning = _warn
+            warnings.showwarning = warn
+            return _run_command(arguments)
+    except Exception as error:
+        words = sys.argv[1:] if arguments is None else arguments
+        tell_fault(error, words)
+        return FAULT
+
+
+def _run_command(arguments: Sequence[str] | None) -> int:
+    try:
+        try:
+            options = _make_parser().parse_args(arguments)
+            # A kill cleans up as Ctrl-C does.
+            signal.signal(signal.SIGTERM, signal.default_int_handler)
+            # Drake tells on which port Meshcat listens at every recording.
+            logging.getLogger("drake").setLevel(logging.WARNING)
             code: int = options.command(options)
             return code
+        finally:
+            flush()
     except MobarmError as error:
-        print(f"mobarm: {error}", file=sys.stderr)
+        tell(str(error))
         return BAD_INPUT
     except BrokenPipeError:
-        # The reader of the output has gone: nothing more to say, not even
-        # when Python flushes it on leaving.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # The reader of the output has gone: nothing more to say.
+        abandon(sys.stdout)
         return INTERRUPTED
     except KeyboardInterrupt:
-        print("mobarm: interrupted", file=sys.stderr)
+        tell("interrupted")
         return INTERRUPTED
-
-
-def _warn(message: Warning | str, *_: object, **__: object) -> None:
-    print(f"mobarm: {message}", file=sys.stderr)
 
 
 class _Parser(argparse.ArgumentParser):
     """Says what is wrong in one line, as everything else here does."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+        tell(message, self.prog)
+        self.exit(BAD_INPUT)
 
 
 def _make_parser() -> argparse.ArgumentParser:
@@ -214,12 +239,12 @@ def _run(options: argparse.Namespace) -> int:
                 record=not options.no_html,
                 live=options.live,
                 on_progress=lambda time: bar.update(time - bar.n),
-                on_live=lambda address: print(f"watch at {address}"),
+                on_live=lambda address: say(f"watch at {address}"),
             )
         with writing(f"output folder {folder}"):
             shown = result.write(stage)
-    print(result.describe())
-    print(f"open {folder / shown}")
+    say(result.describe())
+    say(f"open {folder / shown}")
     return SUCCESS if result.success else FAILURE
 
 
@@ -257,8 +282,8 @@ def _reproduce(options: argparse.Namespace) -> int:
         dask=options.dask,
         force=options.force,
     )
-    print((folder / "table.md").read_text())
-    print(f"written to {folder}")
+    say((folder / "table.md").read_text())
+    say(f"written to {folder}")
     return SUCCESS
 
 
@@ -268,7 +293,7 @@ def _list(options: argparse.Namespace) -> int:
         ("worlds", world_names()),
         ("tables", list(find_tables())),
     ):
-        print(f"{title}: {', '.join(names)}")
+        say(f"{title}: {', '.join(names)}")
     return SUCCESS
 
 
@@ -279,10 +304,10 @@ def _draw(options: argparse.Namespace) -> int:
     diagram = build_diagram(load_scenario(options.scenario))
     dot = diagram.GetGraphvizString()
     if options.out is None:
-        print(dot)
+        say(dot)
         return SUCCESS
     write_file(options.out, _render(dot) if ending == ".svg" else dot)
-    print(f"open {options.out}")
+    say(f"open {options.out}")
     return SUCCESS
 
 

@@ -27,6 +27,10 @@ class BlockError(MobarmError, ValueError):
     """A block given for a diagram does not fit in."""
 
 
+class SimulationError(MobarmError, RuntimeError):
+    """A simulation cannot go on, mostly for values that make no machine."""
+
+
 class FrozenError(MobarmError, FrozenInstanceError):
     """A value was set on an object that cannot be changed."""
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
-from drake_mobarm.checks import within
+from drake_mobarm.checks import shown, within
 from drake_mobarm.exceptions import MobarmError, ScenarioError
 from drake_mobarm.frozen import frozen
 from drake_mobarm.job import Job, Verdict, judge_by_done
@@ -47,9 +47,14 @@ def load_own_diagram(path: Path) -> Job:
         ScenarioError: there is no such file, it fails, has no `build`, or its
             `Scenario` is not of a form that can be read.
     """
-    if not path.is_file():
-        raise ScenarioError(f"diagram {path}: there is no such file")
-    module = _load(path.resolve(), path.stat().st_mtime_ns)
+    try:
+        module = _load(path.resolve(), path.stat().st_mtime_ns)
+    except FileNotFoundError as error:
+        raise ScenarioError(f"diagram {path}: there is no such file") from error
+    except OSError as error:
+        raise ScenarioError(
+            f"diagram {shown(str(path))} cannot be read: {error.strerror}"
+        ) from error
     if not callable(getattr(module, "build", None)):
         raise ScenarioError(
             f"diagram {path} has no function build(scenario, *, seed, "

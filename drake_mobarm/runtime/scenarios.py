@@ -257,9 +257,7 @@ def _find(name_or_path: str) -> Path:
         return _shipped()[name_or_path]
     path = Path(name_or_path)
     if path.suffix in (".yaml", ".yml"):
-        if path.is_file():
-            return path
-        raise ScenarioError(f"scenario {path}: there is no such file")
+        return path
     raise ScenarioError(
         f"unknown scenario {shown(name_or_path)}: valid are "
         f"{', '.join(scenario_names())}, or the path of a .yaml file"
@@ -270,9 +268,13 @@ def _parse(path: Path) -> dict[str, Any]:
     try:
         with path.open("rb") as file:
             text = file.read(_LONGEST + 1)
+    except FileNotFoundError as error:
+        raise ScenarioError(
+            f"scenario {path}: there is no such file"
+        ) from error
     except OSError as error:
         raise ScenarioError(
-            f"{path} cannot be read: {error.strerror}"
+            f"scenario {shown(str(path))} cannot be read: {error.strerror}"
         ) from error
     if len(text) > _LONGEST:
         raise ScenarioError(f"{path} is longer than {_LONGEST} bytes")

@@ -15,7 +15,7 @@ from pydrake.systems.primitives import VectorLogSink
 from drake_mobarm.checks import check_seed
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, TRACE
 from drake_mobarm.drawing.stage import FRAMES_PER_SECOND
-from drake_mobarm.exceptions import BlockError
+from drake_mobarm.exceptions import BlockError, OutputError, SimulationError
 from drake_mobarm.geometry import Array
 from drake_mobarm.job import Job, Trace, Verdict, spawn_seeds
 from drake_mobarm.runtime.result import Result
@@ -93,6 +93,7 @@ def run(
         WorldError: the world cannot be used.
         BlockError: a block's ports do not fit, or its name is unknown; or
             the diagram has no output `done`, or logs that make no trace.
+        SimulationError: Drake cannot go on.
     """
     if build is None:
         job = job_of(scenario)
@@ -103,7 +104,7 @@ def run(
             module=SimpleNamespace(build=build),
         )
     scenario, seed = _seeded(scenario, job, seed)
-    meshcat = Meshcat() if record or live else None
+    meshcat = _start_meshcat() if record or live else None
     diagram = _build(job, scenario, seed, meshcat, blocks)
     simulator = Simulator(diagram)
     context = simulator.get_mutable_context()
@@ -118,11 +119,11 @@ def run(
             if on_live is not None:
                 on_live(meshcat.web_url())
     started = time.perf_counter()
-    simulator.Initialize()
+    _advance(simulator, 0.0)
     done = diagram.GetOutputPort("done")
     steps = int(np.ceil(scenario.time_limit / _CHECK_PERIOD))
     for step in range(1, steps + 1):
-        simulator.AdvanceTo(min(step * _CHECK_PERIOD, scenario.time_limit))
+        _advance(simulator, min(step * _CHECK_PERIOD, scenario.time_limit))
         if on_progress is not None:
             on_progress(context.get_time())
         if done.Eval(context)[0] > 0.5:
@@ -194,6 +195,27 @@ def _walk(diagram: Diagram) -> Iterator[System]:
         yield system
         if isinstance(system, Diagram):
             yield from _walk(system)
+
+
+def _start_meshcat() -> Meshcat:
+    try:
+        return Meshcat()
+    except RuntimeError as error:  # No port is free.
+        raise OutputError(f"Meshcat does not start: {error}") from error
+
+
+def _advance(simulator: Simulator, time: float) -> None:
+    """Simulates until a time [s]."""
+    try:
+        simulator.AdvanceTo(time)
+    except RuntimeError as error:
+        if type(error) is not RuntimeError:
+            raise  # Of a block in Python.
+        now = simulator.get_context().get_time()
+        line = " ".join(str(error).split())[:300]
+        raise SimulationError(
+            f"the simulation cannot go on at {now:g} s: {line}"
+        ) from error
 
 
 def _seeded(scenario: Any, job: Job, seed: int | None) -> tuple[Any, int]:

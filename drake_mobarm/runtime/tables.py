@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from drake_mobarm.checks import require, shown
+from drake_mobarm.checks import check_seed, require, shown
 from drake_mobarm.exceptions import ParameterError, ReportWarning
 from drake_mobarm.job import Table, Trial, find_tables
 from drake_mobarm.runtime.output import kept, staged_folder, writing
@@ -67,9 +67,9 @@ def reproduce(
         )
     table = tables[name]
     count = table.trials if trials is None else trials
-    require(count >= 1, "trials", count, "1 or more")
-    require(jobs is None or jobs >= 1, "jobs", jobs, "1 or more")
-    require(seed >= 0, "seed", seed, "0 or more")
+    require(1 <= count <= 10_000, "trials", count, "1 to 10000")
+    require(jobs is None or 1 <= jobs <= 1000, "jobs", jobs, "1 to 1000")
+    check_seed(seed)
     todo = list(table.make_trials(seed, count))
     identity = {"table": name, "trials": count, "seed": seed}
     base = dump_scenario(load_scenario(table.scenario))

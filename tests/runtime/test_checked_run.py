@@ -7,7 +7,7 @@ import pickle
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.framework import DiagramBuilder, LeafSystem
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 from drake_mobarm import build_diagram, changed, load_scenario, run
@@ -17,6 +17,7 @@ from drake_mobarm.exceptions import (
     MobarmError,
     ParameterError,
     ScenarioError,
+    SimulationError,
     WorldError,
 )
 from drake_mobarm.homing.hybrid import HybridParameters
@@ -250,3 +251,41 @@ def test_logs_that_make_no_trace_are_refused(logs, words):
 def test_a_verdict_is_a_verdict():
     result = run(blink(), judge=lambda *_: Verdict(False, "no", {"x": None}))
     assert '"x": null' in result.summary()
+
+
+class Breaking(LeafSystem):
+    """Raises what it is given when it is asked."""
+
+    def __init__(self, error):
+        super().__init__()
+        self._error = error
+        self.DeclareVectorOutputPort("done", 1, self._fail)
+        self.DeclarePeriodicPublishEvent(0.01, 0.0, lambda _: self._raise())
+
+    def _fail(self, context, output):
+        output.SetFromVector([0.0])
+
+    def _raise(self):
+        raise self._error
+
+
+@pytest.mark.parametrize(
+    ("error", "raised"),
+    [
+        (RuntimeError("the solver\nfailed"), SimulationError),
+        (ZeroDivisionError("mine"), ZeroDivisionError),
+        (NotImplementedError("mine"), NotImplementedError),
+    ],
+)
+def test_a_simulation_that_cannot_go_on_says_when_and_why(error, raised):
+    def build(scenario, *, seed, meshcat=None):
+        builder = DiagramBuilder()
+        system = builder.AddSystem(Breaking(error))
+        builder.ExportOutput(system.get_output_port(), "done")
+        return builder.Build()
+
+    with pytest.raises(raised) as caught:
+        run(blink(), build=build)
+    if raised is SimulationError:
+        assert "cannot go on at 0" in str(caught.value)
+        assert "the solver failed" in str(caught.value)

@@ -30,7 +30,7 @@ class MeshError(ValueError):
     """A mesh cannot be read; it says why."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshPart:
     """A convex body in the place of a connected part of a mesh M.
 

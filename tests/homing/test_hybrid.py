@@ -149,12 +149,12 @@ def test_positions_that_disagree_are_averaged_and_parallax_is_reset():
 def test_the_average_is_with_the_weighted_position_and_not_the_newest():
     # With hardly any decay the weighted position is the mean of the buffer:
     # 8.5 newest, then 7.5 and 8.5 in turn, of which the last one drops out.
-    law = HybridEstimator(HybridParameters(tau=1e9))
+    law = HybridEstimator(HybridParameters(tau=1e6))
     state = settled([4, 0], [[7.5, 0], [8.5, 0]] * 10)
     state = law.update(state, [0, 0], 0.0, 8.5)
-    np.testing.assert_allclose(state.vector, [8, 0], atol=1e-6)
-    np.testing.assert_allclose(law.estimate(state), [6, 0], atol=1e-6)
-    np.testing.assert_allclose(state.parallax, [6, 0], atol=1e-6)
+    np.testing.assert_allclose(state.vector, [8, 0], atol=1e-4)
+    np.testing.assert_allclose(law.estimate(state), [6, 0], atol=1e-4)
+    np.testing.assert_allclose(state.parallax, [6, 0], atol=1e-4)
 
 
 def test_an_outlier_is_not_averaged():

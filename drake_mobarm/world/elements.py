@@ -22,7 +22,7 @@ _ROTATIONS = {
 }
 
 # The minor version of SDF since which a pose has `relative_to`, and since
-# which :: may not be in a name.
+# which :: may not be in a name; before, it told of models within models.
 _RELATIVE, _SCOPED = 7, 8
 
 
@@ -128,7 +128,8 @@ class Elements:
 
     def name(self, node: Node, name: str, siblings: dict[str, Node]) -> None:
         """Checks the name of an element against those beside it."""
-        if not name:
+        parts = [part.strip() for part in name.split("::")]
+        if not name.strip():
             self.problem(node, f"<{node.tag}> has no name")
         elif name in siblings:
             self.problem(
@@ -141,7 +142,7 @@ class Elements:
                 node,
                 f"{node.tag} {name[:_SHOWN]!r}: that name is reserved in SDF",
             )
-        elif "::" in name and self.minor >= _SCOPED:
+        elif len(parts) > 1 and (self.minor >= _SCOPED or not all(parts)):
             self.problem(
                 node, f"{node.tag} {name[:_SHOWN]!r}: no name may have :: in it"
             )

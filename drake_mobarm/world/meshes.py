@@ -88,7 +88,8 @@ def _load(file: Path) -> tuple[Array, NDArray[np.int_]]:
             "'drake_mobarm[meshes]'"
         ) from error
     try:
-        mesh = trimesh.load_mesh(file, skip_materials=True)
+        with np.errstate(all="ignore"):
+            mesh = trimesh.load_mesh(file, process=False, skip_materials=True)
     # A broken file fails with whatever its reader meets first.
     except Exception as error:
         raise MeshError(f"{file} is no mesh that can be read") from error
@@ -131,7 +132,8 @@ def _box(corners: Array) -> MeshPart:
     import trimesh
 
     try:
-        X_PM, size = trimesh.bounds.oriented_bounds(corners)
+        with np.errstate(all="ignore"):
+            X_PM, size = trimesh.bounds.oriented_bounds(corners)
     # All corners are on one line.
     except Exception:
         size = np.ptp(corners, axis=0)

@@ -134,6 +134,9 @@ def test_a_pose_of_another_form_is_refused(tmp_path, pose, valid):
         ),
         (world(model(name="world")), "<model", "that name is reserved"),
         (world(model(name="a::b")), "<model", "no name may have ::"),
+        (world(model(name=" ")), "<model", "<model> has no name"),
+        (world(model(name="::"), version="1.6"), "<model", "may have ::"),
+        (world(model(name="a::"), version="1.6"), "<model", "may have ::"),
         (world(model(static="maybe")), "<static", "valid is true or false"),
         (
             world(
@@ -216,6 +219,11 @@ def test_a_models_collisions_may_have_any_name_or_none(tmp_path):
     shapes = collision(name="c") + collision(name="c") + collision(name="")
     found = load_world(saved(tmp_path, world(model(shapes)))).obstacles
     assert [o.name for o in found] == ["c", "c", "<collision>"]
+
+
+def test_a_name_may_tell_of_models_within_models_before_sdf_1_8(tmp_path):
+    text = world(model(collision(), "table::leg"), version="1.6")
+    assert len(load_world(saved(tmp_path, text)).obstacles) == 1
 
 
 def test_models_within_a_model_that_stands_still_stand_still(tmp_path):

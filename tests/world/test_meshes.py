@@ -222,7 +222,11 @@ def test_a_mesh_is_found_as_a_model_is(tmp_path, uri):
         ("other.obj", "", "'thing.obj' is not found"),
         ("thing.obj", "", "thing.obj"),
         ("thing.obj", "v 1 2\nf 1 2 3\n", "thing.obj"),
-        ("thing.obj", obj(box((np.inf, 1, 1))), "thing.obj"),
+        (
+            "thing.obj",
+            obj(box((2, 1, 1))).replace("v 1.0", "v inf"),
+            "thing.obj",
+        ),
         ("thing.dae", "<COLLADA", "thing.dae is no mesh that can be read"),
         ("thing.glb", "", "thing.glb is none of .dae, .obj, .stl"),
     ],

@@ -190,9 +190,12 @@ class Elements:
 
     def keep_frame(self, node: Node, out: Element, attribute: str) -> None:
         """Copies an attribute that names a frame, if it is there."""
-        keep(node, out, attribute)
-        if attribute in node.attributes:
-            self.copy.frames[node.attributes[attribute]] = self.where(node)
+        name = node.attributes.get(attribute, "")
+        if name == "__root__":
+            self.problem(node, f"{label(node)}: {attribute} may not be {name}")
+        elif attribute in node.attributes:
+            out.set(attribute, name)
+            self.copy.frames[name] = self.where(node)
 
 
 def text_of(numbers: list[float]) -> str:

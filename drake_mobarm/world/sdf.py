@@ -123,6 +123,8 @@ def _explain(message: str, frames: dict[str, str]) -> str:
                 f"{frames[name]}: the frame {name!r} that it refers to is not "
                 "there, or depends on it"
             )
+    if "cycle" in line:
+        return "the frames that its poses refer to depend on themselves"
     # The names of the copies say nothing.
     line = re.sub(r"\S*/\d+\.sdf(:\d+)?:? ?", "", line)
     return f"SDF does not allow it: {line.removeprefix('error: ')}"

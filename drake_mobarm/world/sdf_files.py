@@ -124,7 +124,8 @@ class _Reader:
 
     def world(self, node: Node, parent: Element) -> None:
         """Copies a `<world>`."""
-        out = SubElement(parent, "world", name=node.name or "unnamed")
+        # Nothing refers to its own name, which need not be a valid one.
+        out = SubElement(parent, "world", name="copy")
         self._children(node, out, None)
         for state in node.all("state"):
             self._state(state, out)
@@ -157,7 +158,7 @@ class _Reader:
                 f"{label(node)} can move: write <static>true</static> in it",
             )
         out = SubElement(parent, "model")
-        keep(node, out, "name", "canonical_link")
+        keep(node, out, "name")
         elements.keep_frame(node, out, "placement_frame")
         # Drake does not hand this on to models within, as Gazebo does.
         add(out, "static", "true")

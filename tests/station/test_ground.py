@@ -11,11 +11,9 @@ from drake_mobarm.world.sdf import load_world
 from helpers.sdf import PLANE, collision, model, saved, world
 
 
-def drive(world_name, start, seconds):
+def drive(loaded, start, seconds):
     """The station and its context after a drive ahead at 0.5 m/s."""
-    station = build_station(
-        load_world(world_name), list(start), StationParameters()
-    )
+    station = build_station(loaded, list(start), StationParameters())
     simulator = Simulator(station)
     context = simulator.get_mutable_context()
     for port, value in (
@@ -31,7 +29,7 @@ def drive(world_name, start, seconds):
     "start", [(0.0, 0.0, 0.0), (150.0, 0.0, 2.0), (-9999.0, 9999.0, 1.0)]
 )
 def test_the_robot_drives_wherever_it_may_start(start):
-    station, context = drive("empty", start, 3.0)
+    station, context = drive(load_world("empty"), start, 3.0)
     truth = station.GetOutputPort("ground_truth").Eval(context)
     moved = truth[:2] - start[:2]
     # It needs a moment to get up to speed.
@@ -51,7 +49,7 @@ def test_a_floor_that_is_not_at_zero_is_under_the_robot(tmp_path):
         model(collision(PLANE, "floor"), "floor", "0 0 3 0 0 0"),
         model(collision("<box><size>1 9 1</size></box>", pose="2 0 3.5 0 0 0")),
     )
-    station, context = drive(saved(tmp_path, text), (0, 0, 0), 6.0)
+    station, context = drive(load_world(saved(tmp_path, text)), (0, 0, 0), 6.0)
     ranges = station.GetOutputPort("lidar_ranges").Eval(context)
     x, *_, contact = station.GetOutputPort("ground_truth").Eval(context)
     assert contact == 1
@@ -60,21 +58,49 @@ def test_a_floor_that_is_not_at_zero_is_under_the_robot(tmp_path):
     assert np.min(ranges) == pytest.approx(0.27, abs=0.05)
 
 
+CUBE = "".join(
+    f"v {x} {y} {z}\n"
+    for x in (-0.5, 0.5)
+    for y in (-0.5, 0.5)
+    for z in (-0.5, 0.5)
+) + "".join(
+    f"f {side}\n"
+    for side in (
+        "1 2 4 3",
+        "5 7 8 6",
+        "1 5 6 2",
+        "3 4 8 7",
+        "1 3 7 5",
+        "2 6 8 4",
+    )
+)
+
+
 @pytest.mark.parametrize(
-    ("shape", "height"),
+    ("shape", "meshes"),
     [
-        ("<sphere><radius>0.5</radius></sphere>", 0.2),
-        ("<capsule><radius>0.5</radius><length>1</length></capsule>", 0.2),
-        ("<ellipsoid><radii>0.5 0.7 0.3</radii></ellipsoid>", 0.2),
-        ("<cylinder><radius>0.5</radius><length>1</length></cylinder>", 0.2),
+        ("<sphere><radius>0.5</radius></sphere>", "refuse"),
+        (
+            "<capsule><radius>0.5</radius><length>1</length></capsule>",
+            "refuse",
+        ),
+        ("<ellipsoid><radii>0.5 0.7 0.3</radii></ellipsoid>", "refuse"),
+        (
+            "<cylinder><radius>0.5</radius><length>1</length></cylinder>",
+            "refuse",
+        ),
+        ("<mesh><uri>cube.obj</uri></mesh>", "boxes"),
+        ("<mesh><uri>cube.obj</uri></mesh>", "hulls"),
     ],
 )
-def test_the_robot_stops_at_a_round_thing_where_its_lidar_sees_it(
-    tmp_path, shape, height
+def test_the_robot_touches_a_thing_where_its_lidar_sees_it(
+    tmp_path, shape, meshes
 ):
     # Its widest part is at the height of the lidar, which is in the chassis.
-    text = world(model(collision(shape, pose=f"2 0 {height} 0 0 0")))
-    station, context = drive(saved(tmp_path, text), (0, 0, 0), 6.0)
+    text = world(model(collision(shape, pose="2 0 0.2 0 0 0")))
+    saved(tmp_path, CUBE, "cube.obj")
+    loaded = load_world(saved(tmp_path, text), meshes)
+    station, context = drive(loaded, (0, 0, 0), 6.0)
     ranges = station.GetOutputPort("lidar_ranges").Eval(context)
     x, *_, contact = station.GetOutputPort("ground_truth").Eval(context)
     assert contact == 1

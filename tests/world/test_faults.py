@@ -185,6 +185,11 @@ def test_a_pose_of_another_form_is_refused(tmp_path, pose, valid):
             "the frame 'f' that it refers to is not there, or depends on it",
         ),
         (
+            world('<frame name="f">\n<pose relative_to="__root__"/></frame>'),
+            "<pose",
+            "relative_to may not be __root__",
+        ),
+        (
             world(model()).replace("<pose>", '<pose frame="f">', 1),
             "<pose",
             "relative_to since SDF 1.7",
@@ -213,6 +218,20 @@ def test_a_fault_is_told_with_its_element_and_line(
     (fault,) = faults(saved(tmp_path, text))
     assert fault.startswith(f"line {line_of(text, element, number)}: ")
     assert words in fault
+
+
+def test_a_model_that_refers_to_its_own_link_is_refused(tmp_path):
+    text = world(model()).replace(
+        "<pose>", '<pose relative_to="house::building">', 1
+    )
+    (fault,) = faults(saved(tmp_path, text))
+    assert fault == "the frames that its poses refer to depend on themselves"
+
+
+@pytest.mark.parametrize("name", ["", ' name="world"', ' name="a::b"'])
+def test_the_name_in_a_world_is_not_looked_at(tmp_path, name):
+    text = world(model(collision())).replace(' name="w"', name)
+    assert len(load_world(saved(tmp_path, text)).obstacles) == 1
 
 
 def test_a_models_collisions_may_have_any_name_or_none(tmp_path):

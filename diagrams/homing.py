@@ -108,7 +108,9 @@ def build_job(
         )
     wiring.add(
         "controller",
-        lambda: WaypointController(parameters.controller),
+        lambda: WaypointController(
+            parameters.controller, station.base_drive.speed_limit
+        ),
         sizes("commanded_base_velocity"),
     )
     wiring.export(

@@ -18,28 +18,24 @@ class CareParameters:
     """How fast to drive among things.
 
     Attributes:
-        max_speed: where nothing is near [m/s], positive.
         deceleration: to stop before a thing ahead [m/s^2], positive.
         care_speed: right beside things [m/s], positive.
-        care_distance: clearance to things beside from which `max_speed` is
-            allowed [m], positive.
+        care_gain: how much faster for each metre of clearance beside [1/s],
+            positive.
     """
 
-    max_speed: float
     deceleration: float
     care_speed: float
-    care_distance: float
+    care_gain: float
 
     def __post_init__(self) -> None:
-        positive(
-            self, "max_speed", "deceleration", "care_speed", "care_distance"
-        )
+        positive(self, "deceleration", "care_speed", "care_gain")
 
 
 def careful_speed(
     scan: Scan, angle: float, radius: float, parameters: CareParameters
 ) -> float:
-    """The highest speed that is careful enough [m/s].
+    """The highest speed that is careful enough [m/s], infinite in the open.
 
     Args:
         scan: what is around the robot.
@@ -60,7 +56,4 @@ def _speed_beside(
 ) -> float:
     """Slower beside things: they may reach farther out than is seen."""
     clearance = scan.clearance(radius, behind=_BESIDE)
-    share = min(max(clearance / parameters.care_distance, 0.0), 1.0)
-    return parameters.care_speed + share * (
-        parameters.max_speed - parameters.care_speed
-    )
+    return parameters.care_speed + parameters.care_gain * max(clearance, 0.0)

@@ -22,11 +22,9 @@ class MapAvoidanceParameters:
 
     Attributes:
         margin: clearance kept around the robot [m].
-        max_speed: where nothing is near [m/s].
         deceleration: to stop before a thing that is seen [m/s^2].
         care_speed: right beside things that are seen [m/s].
-        care_distance: clearance to them from which `max_speed` is allowed
-            [m].
+        care_gain: how much faster for each metre of clearance to them [1/s].
         lookahead: along the way, up to the farthest waypoint [m].
         smoothing_time: in which the target's estimate is followed [s].
         replan_time: after which a way is planned anew at the latest [s].
@@ -39,10 +37,9 @@ class MapAvoidanceParameters:
     """
 
     margin: float = 0.015
-    max_speed: float = 1.0
     deceleration: float = 0.8
     care_speed: float = 0.4
-    care_distance: float = 0.8
+    care_gain: float = 0.75
     lookahead: float = 2.0
     smoothing_time: float = 1.0
     replan_time: float = 2.0
@@ -55,10 +52,9 @@ class MapAvoidanceParameters:
         positive(
             self,
             "margin",
-            "max_speed",
             "deceleration",
             "care_speed",
-            "care_distance",
+            "care_gain",
             "lookahead",
             "smoothing_time",
             "replan_time",
@@ -70,10 +66,9 @@ class MapAvoidanceParameters:
     def care(self) -> CareParameters:
         """Those of the careful speed."""
         return CareParameters(
-            max_speed=self.max_speed,
             deceleration=self.deceleration,
             care_speed=self.care_speed,
-            care_distance=self.care_distance,
+            care_gain=self.care_gain,
         )
 
 

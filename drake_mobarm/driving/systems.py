@@ -1,6 +1,7 @@
 """Driving as LeafSystems: the way over a map, and to a waypoint."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from pydrake.common.value import Value
@@ -47,12 +48,16 @@ class WaypointController(LeafSystem):
     Direct feedthrough.
 
     Args:
-        parameters: gains and limits.
+        parameters: gains.
+        speed_limit: the robot's [m/s, rad/s], (2,).
     """
 
-    def __init__(self, parameters: ControllerParameters) -> None:
+    def __init__(
+        self, parameters: ControllerParameters, speed_limit: Sequence[float]
+    ) -> None:
         super().__init__()
         self._parameters = parameters
+        self._speed_limit = tuple(speed_limit)
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
@@ -69,16 +74,15 @@ class WaypointController(LeafSystem):
         pose = self._pose.Eval(context).tolist()
         if self._arrived.Eval(context)[0] > 0.5 or not is_pose(pose):
             return 0.0, 0.0
-        x, y, speed_limit = self._waypoint.Eval(context).tolist()
+        x, y, limit = self._waypoint.Eval(context).tolist()
         if not (math.isfinite(x) and math.isfinite(y)):
-            return 0.0, self._parameters.search_turn_rate
-        if speed_limit < 0:
-            return speed_limit, 0.0
+            rate = self._parameters.search_turn_rate
+            return 0.0, min(rate, self._speed_limit[1])
+        speed, turn_rate = self._speed_limit
+        if limit < 0:
+            return max(limit, -speed), 0.0
         return drive_to(
-            pose,
-            (x, y),
-            self._parameters,
-            speed_limit,
+            pose, (x, y), (min(limit, speed), turn_rate), self._parameters
         )
 
 

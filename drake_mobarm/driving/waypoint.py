@@ -10,15 +10,13 @@ from drake_mobarm.geometry import wrap_angle
 
 @frozen
 class ControllerParameters:
-    """Gains and limits; the dissertation gives no values.
+    """Gains; the dissertation gives no values.
 
     Attributes:
         linear_gain: speed per distance [1/s], positive. From a speed v a
             robot that can brake at a stops on the target where this is
             2 a / v or less: 1.97 for the station's base from 1 m/s.
         angular_gain: turn rate per heading error [1/s], positive.
-        max_speed: highest speed [m/s], positive.
-        max_turn_rate: highest turn rate [rad/s], positive.
         alignment: the heading error [rad] at which driving stops and only
             turning is left, in (0, pi].
         search_turn_rate: turn rate while there is nowhere to drive to
@@ -27,8 +25,6 @@ class ControllerParameters:
 
     linear_gain: float = 1.5
     angular_gain: float = 3.0
-    max_speed: float = 1.0
-    max_turn_rate: float = 2.0
     alignment: float = 0.8
     search_turn_rate: float = 0.5
 
@@ -37,8 +33,6 @@ class ControllerParameters:
             self,
             "linear_gain",
             "angular_gain",
-            "max_speed",
-            "max_turn_rate",
             "search_turn_rate",
         )
         within(self, "(0, pi]", "alignment")
@@ -47,8 +41,8 @@ class ControllerParameters:
 def drive_to(
     pose_WB: Sequence[float],
     p_WT: Sequence[float],
+    speed_limit: Sequence[float],
     parameters: ControllerParameters,
-    speed_limit: float | None = None,
 ) -> tuple[float, float]:
     """The base velocity that drives to a target, forwards only.
 
@@ -58,11 +52,11 @@ def drive_to(
     Args:
         pose_WB: the base's pose [x, y, yaw] in m and rad, (3,).
         p_WT: the target [m], (2,).
-        parameters: gains and limits.
-        speed_limit: a lower limit than `max_speed` for now [m/s], at least 0.
+        speed_limit: of speed [m/s] and turn rate [rad/s], (2,), at least 0.
+        parameters: gains.
 
     Returns:
-        Speed [m/s] in [0, max_speed] and turn rate [rad/s].
+        Speed [m/s], at least 0, and turn rate [rad/s], within the limits.
 
     Raises:
         ParameterError: a target or pose that is not finite, or a limit
@@ -71,16 +65,13 @@ def drive_to(
     require(all(map(math.isfinite, pose_WB)), "pose_WB", pose_WB, "finite")
     require(all(map(math.isfinite, p_WT)), "p_WT", p_WT, "finite")
     (x, y, yaw), (target_x, target_y) = pose_WB, p_WT
-    top = parameters.max_speed
-    if speed_limit is not None:
-        require(speed_limit >= 0, "speed_limit", speed_limit, "at least 0")
-        top = min(top, speed_limit)
+    top, limit = speed_limit
+    require(top >= 0 and limit >= 0, "speed_limit", speed_limit, "at least 0")
     dx, dy = target_x - x, target_y - y
     distance = math.hypot(dx, dy)
     if distance == 0.0:
         return 0.0, 0.0  # No direction to turn to.
     error = float(wrap_angle(math.atan2(dy, dx) - yaw))
-    limit = parameters.max_turn_rate
     turn = min(max(parameters.angular_gain * error, -limit), limit)
     # 1 when facing the target, 0 from `alignment` on, flat at both ends.
     facing = min(abs(error) / parameters.alignment, 1.0)

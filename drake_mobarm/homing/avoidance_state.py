@@ -24,11 +24,9 @@ class AvoidanceParameters:
         margin: clearance kept around it [m].
         tight_margin: clearance kept where there is no other way [m], up to
             `margin`.
-        max_speed: where nothing is near [m/s].
         deceleration: to stop before a thing that is seen [m/s^2].
         care_speed: right beside things that are seen [m/s].
-        care_distance: clearance to them from which `max_speed` is allowed
-            [m].
+        care_gain: how much faster for each metre of clearance to them [1/s].
         jump: of the free length from one direction to the next that makes a
             gap [m].
         hysteresis: by how much the way through another gap has to be shorter
@@ -56,10 +54,9 @@ class AvoidanceParameters:
     radius: float = RADIUS
     margin: float = 0.045
     tight_margin: float = 0.015
-    max_speed: float = 1.0
     deceleration: float = 0.8
     care_speed: float = 0.4
-    care_distance: float = 0.8
+    care_gain: float = 0.75
     jump: float = 0.4
     hysteresis: float = 0.6
     blocked_cost: float = 3.0
@@ -92,10 +89,9 @@ class AvoidanceParameters:
     def care(self) -> CareParameters:
         """Those of the careful speed."""
         return CareParameters(
-            max_speed=self.max_speed,
             deceleration=self.deceleration,
             care_speed=self.care_speed,
-            care_distance=self.care_distance,
+            care_gain=self.care_gain,
         )
 
     @property

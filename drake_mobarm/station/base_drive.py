@@ -9,13 +9,16 @@ import math
 from collections.abc import Sequence
 from dataclasses import field
 
-from drake_mobarm.checks import positive_numbers, within
+from drake_mobarm.checks import positive_numbers, require, within
 from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import clip_magnitude
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 
 Pair = tuple[float, float]
 """v and w, or left and right, in floats: for two numbers numpy is slow."""
+
+# Of limits that are told in round numbers.
+_ROUNDING = 1.001
 
 
 @frozen
@@ -25,7 +28,8 @@ class BaseDriveParameters:
     Attributes:
         rate: updates a second [Hz]; 50 in section 7.3.1.5.
         gain: of the velocity feedback (v, w) [1/s].
-        speed_limit: largest abs(v), abs(w) [m/s, rad/s].
+        speed_limit: the robot's: largest abs(v), abs(w) [m/s, rad/s], each
+            of which its wheels have to be able to turn.
         acceleration_limit: of v and w [m/s^2, rad/s^2].
         yield_error: difference of measured and reference (v, w) at which
             the reference is given up [m/s, rad/s].
@@ -48,6 +52,21 @@ class BaseDriveParameters:
             "speed_limit",
             "acceleration_limit",
             "yield_error",
+        )
+        wheel = self.base.wheel_speed_limit
+        fastest = (
+            self.base.body_velocity(wheel, wheel)[0],
+            self.base.body_velocity(-wheel, wheel)[1],
+        )
+        require(
+            all(
+                limit <= _ROUNDING * most
+                for limit, most in zip(self.speed_limit, fastest, strict=True)
+            ),
+            "speed_limit",
+            self.speed_limit,
+            f"up to what the wheels turn, {fastest[0]:.3f} m/s and "
+            f"{fastest[1]:.3f} rad/s",
         )
 
 

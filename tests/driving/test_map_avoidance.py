@@ -14,8 +14,8 @@ from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.robot.shape import RADIUS
 from drake_mobarm.sensors.lidar import cast_rays
 from drake_mobarm.world.obstacles import clearance, outlines_to_segments
-from tests.helpers.refusals import assert_refused
-from tests.helpers.shapes import rectangle
+from helpers.refusals import assert_refused
+from helpers.shapes import rectangle
 
 PARAMETERS = MapAvoidanceParameters()
 CONTROLLER = ControllerParameters()
@@ -59,7 +59,12 @@ class Drive:
         limit = self.state.speed_limit
         v, w = limit, 0.0
         if limit >= 0:
-            v, w = drive_to(self.pose, self.state.waypoint, CONTROLLER, limit)
+            v, w = drive_to(
+                self.pose,
+                self.state.waypoint,
+                (min(limit, 1.0), 2.0),
+                CONTROLLER,
+            )
         moved = self.pose + PERIOD * np.array(
             [v * math.cos(self.pose[2]), v * math.sin(self.pose[2]), w]
         )

@@ -41,7 +41,8 @@ def test_speed_stops_before_a_wall_on_the_way_that_it_turns_to(yaw):
     # 1 m along x, less the radius of 0.27 m and the margin: what it may be
     # beside things is out of the way.
     limited = {"deceleration": 0.1, "care_speed": 1.0, "margin": 0.03}
-    for x, speed in [(1.0, math.sqrt(2 * 0.1 * 0.7)), (-1.0, 1.0)]:
+    passing = 1.0 + 0.75 * 0.7
+    for x, speed in [(1.0, math.sqrt(2 * 0.1 * 0.7)), (-1.0, passing)]:
         wall = rectangle(min(x, 2 * x), -9, max(x, 2 * x), 9)
         (state,) = states_at([0, 0, yaw], [0.85, 0], wall, **limited)
         assert state.activity == "drive"

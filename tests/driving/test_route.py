@@ -13,7 +13,7 @@ from drake_mobarm.driving.route import (
     place_ahead,
 )
 from drake_mobarm.driving.scan import Scan
-from tests.helpers.refusals import assert_refused
+from helpers.refusals import assert_refused
 
 PARAMETERS = RouteParameters()
 NOTHING = np.empty((0, 2))

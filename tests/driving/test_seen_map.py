@@ -8,7 +8,7 @@ import pytest
 from drake_mobarm.driving.seen_map import CELL, SeenMap
 from drake_mobarm.sensors.lidar import cast_rays
 from drake_mobarm.world.obstacles import outlines_to_segments
-from tests.helpers.shapes import rectangle
+from helpers.shapes import rectangle
 
 RANGE_MAX = 12.0
 FREE = np.full(360, RANGE_MAX)

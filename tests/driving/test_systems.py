@@ -11,7 +11,7 @@ PARAMETERS = ControllerParameters(search_turn_rate=0.7)
 
 
 def command(waypoint, arrived=0.0, pose=(1.0, 2.0, 0.0)):
-    controller = WaypointController(PARAMETERS)
+    controller = WaypointController(PARAMETERS, (1.0, 2.0))
     context = controller.CreateDefaultContext()
     for name, value in (
         ("measured_base_pose", pose),

@@ -1,5 +1,6 @@
 """The rules of obstacle avoidance, in scenes made of a few boxes."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -88,8 +89,8 @@ def drive(
                 else drive_to(
                     pose,
                     state.waypoint,
+                    (min(state.speed_limit, 1.0), 2.0),
                     ControllerParameters(),
-                    state.speed_limit,
                 )
             )
             velocity += np.clip(wanted - velocity, (-0.02, -0.06), (0.02, 0.06))
@@ -118,7 +119,7 @@ def test_waypoint_is_the_target_at_full_speed_when_the_way_is_free() -> None:
         PARAMETERS,
     )
     np.testing.assert_allclose(state.waypoint, (4, 3))
-    assert state.speed_limit == PARAMETERS.max_speed
+    assert state.speed_limit == math.inf
     assert state.rule == "target"
 
 

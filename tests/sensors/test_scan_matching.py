@@ -14,7 +14,7 @@ from drake_mobarm.sensors.scan_matching import (
     match,
 )
 from drake_mobarm.world.obstacles import outlines_to_segments
-from tests.helpers.shapes import rectangle
+from helpers.shapes import rectangle
 
 PARAMETERS = ScanMatchingParameters()
 RANGE_MAX = 12.0

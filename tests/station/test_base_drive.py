@@ -269,6 +269,9 @@ def test_base_that_was_pushed_returns_to_its_reference():
         ("gain", [1.0]),
         ("gain", [1.0, 0.0]),
         ("speed_limit", [math.nan, 1.0]),
+        # 10.15 rad/s of wheels of 0.0985 m are 0.9998 m/s.
+        ("speed_limit", [1.01, 1.0]),
+        ("speed_limit", [1.0, 5.0]),
         ("acceleration_limit", [1.0, math.inf]),
         ("yield_error", [0.25, 0.0]),
     ],

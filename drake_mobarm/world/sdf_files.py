@@ -11,7 +11,7 @@ from drake_mobarm.world.links import copy_link, copy_part, read_plane
 from drake_mobarm.world.resources import ResourceError, find_model
 
 _VERSIONS = {f"1.{minor}" for minor in range(2, 13)}
-_MOST_COPIES = 10_000
+_MOST_COPIES = 5_000
 # What Gazebo brings along.
 _SUN, _GROUND = "model://sun", "model://ground_plane"
 # What cannot be in a world that stands still, and why.

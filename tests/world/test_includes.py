@@ -237,6 +237,21 @@ def test_files_that_include_each_other_are_refused(tmp_path):
     assert fault.endswith("<include>: 'a.sdf' includes itself")
 
 
+def test_includes_that_multiply_are_refused(tmp_path):
+    # 20 times 20 times 20 times 20 models.
+    saved(tmp_path, ROOT.format(model(collision(), "m0")), "0.sdf")
+    for level in (1, 2, 3):
+        inside = "".join(
+            included(f"{level - 1}.sdf", f"<name>m{i}</name>")
+            for i in range(20)
+        )
+        text = model(name=f"m{level}").replace("</model>", inside + "</model>")
+        saved(tmp_path, ROOT.format(text), f"{level}.sdf")
+    text = "".join(included("3.sdf", f"<name>m{i}</name>") for i in range(20))
+    (fault,) = faults(saved(tmp_path, world(text)))
+    assert fault == "it includes more than 5000 models"
+
+
 def test_sun_and_ground_plane_need_no_file(tmp_path):
     height = "<pose>0 0 0.5 0 0 0</pose>"
     text = world(

@@ -264,6 +264,20 @@ def test_a_part_of_a_mesh_by_its_name_is_refused(tmp_path):
     assert "<submesh>" in fault
 
 
+def test_a_mesh_of_too_many_parts_is_refused(tmp_path):
+    corners = np.eye(3) + 3.0 * np.arange(2001)[:, None, None]
+    for count, words in ((2000, None), (2001, "has 2001 parts")):
+        text = obj(*corners[:count], faces=[(0, 1, 2)])
+        saved(tmp_path, text, f"{count}.obj")
+        text = world(model(collision(mesh(f"{count}.obj"))))
+        path = saved(tmp_path, text, f"{count}.sdf")
+        if words is None:
+            assert len(load_world(path, "boxes").obstacles) == count
+        else:
+            (fault,) = faults(path, "boxes")
+            assert words in fault
+
+
 # What is only drawn
 
 

@@ -172,6 +172,7 @@ REACHES = {
     "rules": {"avoidance"},
     "controller": {"controller"},
     "world": {"lidar"},  # And geometries, which are no system's parameters.
+    "meshes": set(),  # The shipped worlds have none.
     "start": {"plant", "odometry"},
     "beacon": {"beacon"},
     "noise": {"beacon"},
@@ -197,6 +198,7 @@ REACHES = {
     "station.beacon.rate": {"beacon", "beacon_noise", "estimator"},
     "station.beacon.model": {"beacon", "estimator"},
     "station.base_drive": {"base_driver"},
+    "station.base_drive.speed_limit": {"base_driver", "controller"},
     "station.base_drive.base": {"base_driver", "odometry"},
     **{
         f"station.base_drive.base.{key}": {

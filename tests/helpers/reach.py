@@ -65,7 +65,11 @@ def _other_values(owner, name):
     if kind is float:
         return [1.01 * value + 0.001, 0.99 * value]
     if kind == tuple[float, ...] and value:
-        return [[1.01 * x + 0.001 for x in value], [-x for x in value]]
+        return [
+            [1.01 * x + 0.001 for x in value],
+            [0.99 * x for x in value],
+            [-x for x in value],
+        ]
     pairs = kind == tuple[tuple[float, ...], ...]
     return [[[0.1, 0.2]]] if pairs else [[20.0] * 6, [0.1]]
 

@@ -22,6 +22,9 @@ _CELL = 0.05
 _SPACING = 2 * _CELL
 # How far beyond all points the lattice reaches [m]: wide enough to pass them.
 _BESIDE = 1.5
+# It is made of blocks of this size [m], and ends this far from the start [m].
+_BLOCK = 2.0
+_HORIZON = 60.0
 # No way ends this near to a place that was tried [m].
 _TRIED = 0.2
 # Where no way ends near enough, a metre nearer counts more than any way.
@@ -112,7 +115,8 @@ def find_route(
         start: p_WS [m], (2,).
         target: p_WT [m], (2,).
         tolerance: how far from the target a way may end [m]. Where no such
-            way is open, the way ends as near to the target as one can come.
+            way is open, or the target is farther off than 60 m along an axis,
+            the way ends as near to the target as one can come.
         parameters: what a way costs.
         tried: places near which no way is to end [m], (m, 2).
         last: the way until now, if any: the robot stays on it where another
@@ -280,12 +284,18 @@ def _links(ny: int, nx: int) -> _Links:
 def _clearances(
     points: Array, start: Array, target: Array
 ) -> tuple[_Lattice, Array]:
-    """A lattice about all points and both ends, and its clearances [m]."""
-    around = np.vstack([points, start, target])
-    # Whole multiples of the spacing: the lattice keeps its places.
-    low = np.floor((around.min(axis=0) - _BESIDE) / _SPACING) * _SPACING
+    """A lattice about all points and both ends, and its clearances [m].
+
+    It reaches `_HORIZON` about the start at most, whatever lies beyond.
+    """
+    points = points[np.all(np.abs(points - start) < _HORIZON, axis=1)]
+    end = np.clip(target, start - _HORIZON, start + _HORIZON)
+    around = np.vstack([points, start, end])
+    # In whole blocks: the lattice keeps its places, and mostly its shape.
+    low = np.floor((around.min(axis=0) - _BESIDE) / _BLOCK) * _BLOCK
     high = around.max(axis=0) + _BESIDE
-    nx, ny = np.ceil((high - low) / _SPACING).astype(int) + 1
+    blocks = np.ceil((high - low) / _BLOCK)
+    nx, ny = np.rint(blocks * (_BLOCK / _SPACING)).astype(int) + 1
     lattice = _Lattice(low, (int(ny), int(nx)))
     taken = np.zeros((2 * ny, 2 * nx), dtype=bool)
     column, row = np.rint((points - low) / _CELL).astype(int).T

@@ -25,8 +25,12 @@ _BEHIND = 0.15
 _NO_RETURN = 0.05
 # What is seen this far inside the robot [m] is no thing.
 _INSIDE = 0.05
-# The map grows by so many cells at a time.
+# Nothing is mapped that is seen farther off than this [m].
+_FARTHEST = 50.0
+# The map grows by so many cells at a time, up to so many: 250 m. Beyond them
+# the robot's pose has jumped, or its way is so long that a new map will do.
 _GROWTH = 100
+_LARGEST = 5000
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +71,13 @@ class SeenMap(Immutable):
                 missing.
             range_max: the longest range of the lidar [m], which it reports
                 where nothing is met.
+
+        Returns:
+            The map with the scan: of the scan alone, and of what was touched,
+            where the map would become larger than memory allows.
         """
-        met = (ranges < range_max - _NO_RETURN) & (ranges > RADIUS - _INSIDE)
+        farthest = min(range_max - _NO_RETURN, _FARTHEST)
+        met = (ranges < farthest) & (ranges > RADIUS - _INSIDE)
         angles = yaw + ray_angles(ranges.size)[met]
         cells = _cells(position + ranges[met, None] * unit(angles))
         robot = _cells(position)
@@ -102,6 +111,8 @@ class SeenMap(Immutable):
                 return self
             first = np.where(low < self.first, low - _GROWTH, self.first)
             end = np.where(high > end, high + _GROWTH, end)
+        if np.any(end - first > _LARGEST):
+            return type(self)(touched=self.touched)._grown(cells)
         hits = np.zeros((end - first)[::-1], dtype=np.int8)
         column, row = self.first - first
         hits[row : row + ny, column : column + nx] = self.hits

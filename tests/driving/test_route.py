@@ -218,3 +218,18 @@ def test_the_place_ahead_lies_before_a_corner_that_is_not_to_be_cut():
 )
 def test_a_parameter_out_of_range_is_named(name, value):
     assert_refused(name, RouteParameters, **{name: value})
+
+
+def test_a_target_beyond_the_horizon_is_headed_for():
+    route = route_of([], (3, 2), (1e5, 2))
+    # 60 m and what the lattice adds.
+    assert 60 < route.places[-1, 0] - 3 < 65
+    np.testing.assert_allclose(route.places[:, 1], 2.0, atol=0.1)
+
+
+def test_points_beyond_the_horizon_do_not_count():
+    far = np.array([[1e5, -1e5], [-1e5, 3.0]])
+    with_far, without = (
+        route_of(points, (0, 0), (4, 1)) for points in ([far], [])
+    )
+    np.testing.assert_allclose(with_far.places, without.places)

@@ -116,3 +116,17 @@ def test_a_map_is_not_changed_by_a_scan():
     before = seen.hits.copy()
     with_scan(seen, one_range(1.0))
     np.testing.assert_array_equal(seen.hits, before)
+
+
+def test_a_jump_of_the_pose_begins_a_new_map():
+    seen = with_scan(SeenMap(), one_range(2.0)).with_touch(
+        np.array([[0.3, 0.0]])
+    )
+    seen = with_scan(seen, one_range(2.0), (9e4, -9e4, 0.0))
+    np.testing.assert_allclose(seen.points(), [[9e4 + 2, -9e4], [0.3, 0.0]])
+    assert seen.hits.size < 1e6
+
+
+def test_what_is_seen_beyond_fifty_metres_is_not_mapped():
+    seen = SeenMap().with_scan(HERE, 0.0, np.full(360, 60.0), 1e6)
+    assert len(seen.points()) == 0

@@ -168,6 +168,9 @@ def _make_parser() -> argparse.ArgumentParser:
     )
     command.add_argument("--seed", type=_count, default=0)
     command.add_argument(
+        "--only", metavar="TEXT", help="the cases whose names hold a text"
+    )
+    command.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
@@ -271,6 +274,8 @@ def _name(scenario: str, overrides: Sequence[str], is_record: bool) -> str:
 
 def _reproduce(options: argparse.Namespace) -> int:
     some = "" if options.trials is None else f"-trials{options.trials}"
+    if options.only is not None:
+        some += "-" + re.sub(r"\W+", "-", options.only)[:_NAME_LENGTH]
     name = f"table-{options.table}{some}-seed{options.seed}"
     folder = options.out or Path("runs") / name
     reproduce(
@@ -279,6 +284,7 @@ def _reproduce(options: argparse.Namespace) -> int:
         trials=options.trials,
         jobs=options.jobs,
         seed=options.seed,
+        only=options.only,
         dask=options.dask,
         force=options.force,
     )

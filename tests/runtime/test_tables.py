@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 from dataclasses import replace
 
 import pytest
@@ -32,6 +33,14 @@ def test_means_are_over_successes_and_success_over_all():
         table, [row(True, 0.1), row(True, 0.3), row(False, 9.0)]
     )
     assert summary["success_percent"] == pytest.approx(200 / 3)
+    # Wilson's by hand: (p + z^2/2n -+ z sqrt(p(1-p)/n + z^2/4n^2))/(1 + z^2/n).
+    p, n, z = 2 / 3, 3, 1.959964
+    middle, factor = p + z**2 / (2 * n), 1 / (1 + z**2 / n)
+    half = z * math.sqrt(p * (1 - p) / n + z**2 / (4 * n**2))
+    assert summary["success_interval_percent"] == pytest.approx(
+        [100 * factor * (middle - half), 100 * factor * (middle + half)],
+        rel=1e-5,
+    )
     assert summary["mean_goal_position_error_m"] == pytest.approx(0.2)
     assert summary["contacts"] == 6
     assert summary["trials_with_contact"] == 3
@@ -73,6 +82,7 @@ def test_the_table_does_not_depend_on_the_number_of_jobs(tmp_path):
         ({"name": "2.3", "trials": 0}, "trials"),
         ({"name": "2.3", "jobs": -1}, "jobs"),
         ({"name": "2.3", "seed": -1}, "seed"),
+        ({"name": "2.3", "only": "none"}, "no case of table 2.3 holds 'none'"),
     ],
 )
 def test_impossible_sweeps_are_refused(arguments, refused, tmp_path):
@@ -189,3 +199,15 @@ def test_another_sweep_that_was_begun_is_dropped_only_by_force(
     assert store.exists()
     reproduce("2.3", tmp_path, trials=1, jobs=1, force=True)
     assert not store.exists()
+
+
+def test_a_table_of_some_cases_says_so_and_is_another_result(
+    one_trial, tmp_path
+):
+    table = reproduce("2.3", tmp_path, jobs=1, only="filter, ")
+    cases = [row["case"] for row in table["rows"]]
+    assert cases == [f"filter, configuration {n}" for n in range(1, 6)]
+    text = (tmp_path / "table.md").read_text()
+    assert "--only 'filter, '" in text
+    with pytest.raises(OutputError, match="another"):
+        reproduce("2.3", tmp_path, jobs=1)

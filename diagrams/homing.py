@@ -19,6 +19,7 @@ from drake_mobarm.homing.filter import FilterEstimator
 from drake_mobarm.homing.hybrid import HybridEstimator
 from drake_mobarm.homing.job import HomingParameters, HomingScenario
 from drake_mobarm.homing.systems import (
+    Lookout,
     ObstacleAvoidance,
     StraightToTarget,
     TargetEstimator,
@@ -32,7 +33,7 @@ from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.sdf import load_world
 
-HOMING_BLOCKS = ("estimator", "avoidance", "controller")
+HOMING_BLOCKS = ("estimator", "avoidance", "lookout", "controller")
 """The blocks that a user may exchange, besides the station's."""
 
 
@@ -53,9 +54,9 @@ def build_job(
 
     Returns:
         A diagram with the inputs `measured_base_pose` (PlanarPose),
-        `beacon_reading` (BeaconReading) and, where the avoidance reads them,
-        `measured_base_velocity` (BaseVelocity) and `lidar_ranges` (rays), and
-        the outputs `estimated_target` (TargetEstimate), `waypoint`
+        `beacon_reading` (BeaconReading), `lidar_ranges` (rays) and, where the
+        avoidance reads it, `measured_base_velocity` (BaseVelocity), and the
+        outputs `estimated_target` (TargetEstimate), `waypoint`
         (Waypoint), `commanded_base_velocity` (BaseVelocity), `arrived` (1)
         and `given_up` (GivenUp).
 
@@ -106,6 +107,14 @@ def build_job(
         wiring.add_primitive(
             "never_gives_up", ConstantVectorSource(np.zeros(3)), "given_up"
         )
+    wiring.rename("waypoint", "avoidance_waypoint")
+    wiring.add(
+        "lookout",
+        lambda: Lookout(
+            parameters.lookout, station.beacon, station.lidar, PROCESSING_DELAY
+        ),
+        sizes("waypoint"),
+    )
     wiring.add(
         "controller",
         lambda: WaypointController(

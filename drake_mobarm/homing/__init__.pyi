@@ -5,6 +5,8 @@ from .hybrid import HybridEstimator as HybridEstimator
 from .hybrid import HybridParameters as HybridParameters
 from .job import HomingParameters as HomingParameters
 from .job import HomingScenario as HomingScenario
+from .lookout import LookoutParameters as LookoutParameters
+from .systems import Lookout as Lookout
 from .systems import ObstacleAvoidance as ObstacleAvoidance
 from .systems import StraightToTarget as StraightToTarget
 from .systems import TargetEstimator as TargetEstimator

@@ -16,6 +16,7 @@ from drake_mobarm.frozen import frozen
 from drake_mobarm.homing.avoidance import AvoidanceParameters
 from drake_mobarm.homing.filter import FilterParameters
 from drake_mobarm.homing.hybrid import HybridParameters
+from drake_mobarm.homing.lookout import LookoutParameters
 from drake_mobarm.homing.metrics import (
     count_dropped,
     homing_metrics,
@@ -43,6 +44,7 @@ class HomingParameters:
         filter: parameters of that estimator.
         rules: parameters of the obstacle avoidance by rules.
         map: parameters of that by a map.
+        lookout: when to turn back to a beacon out of the antenna's view.
         controller: parameters of the proportional controller.
     """
 
@@ -52,6 +54,7 @@ class HomingParameters:
     filter: FilterParameters = field(default_factory=FilterParameters)
     rules: AvoidanceParameters = field(default_factory=AvoidanceParameters)
     map: MapAvoidanceParameters = field(default_factory=MapAvoidanceParameters)
+    lookout: LookoutParameters = field(default_factory=LookoutParameters)
     controller: ControllerParameters = field(
         default_factory=ControllerParameters
     )

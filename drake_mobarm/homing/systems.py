@@ -13,7 +13,7 @@ from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
 from drake_mobarm.geometry import Array, is_pose, transform_points
-from drake_mobarm.homing import avoidance
+from drake_mobarm.homing import avoidance, lookout
 from drake_mobarm.homing.screening import (
     PoseHistory,
     PoseVerdict,
@@ -21,6 +21,7 @@ from drake_mobarm.homing.screening import (
     screen_pose,
 )
 from drake_mobarm.immutable import Immutable
+from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.sensors.rssi import RssiModel
 from drake_mobarm.signals import (
@@ -172,6 +173,106 @@ class TargetEstimator(LeafSystem):
         known = [np.nan, np.nan, 0.0] if target is None else [*target, 1.0]
         discrete.set_value(self._estimate, known)
         discrete.set_value(self._arrived, [float(arrived)])
+
+
+class Lookout(LeafSystem):
+    """Turns back to a beacon that a narrow field of view leaves unheard.
+
+    .. pydrake_system::
+
+        name: Lookout
+        input_ports:
+        - measured_base_pose
+        - beacon_reading
+        - estimated_target
+        - lidar_ranges
+        - avoidance_waypoint
+        output_ports:
+        - waypoint
+
+    - measured_base_pose (3): PlanarPose in W.
+    - beacon_reading (3): BeaconReading, angle in the antenna's frame.
+    - estimated_target (3): TargetEstimate in W.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - avoidance_waypoint (3): Waypoint in W.
+    - waypoint (3): Waypoint in W: the avoidance's, but while the robot looks.
+
+    Direct feedthrough.
+
+    With an antenna that hears all around it never looks.
+
+    Args:
+        parameters: when to look.
+        beacon: how the antenna hears.
+        lidar: whose ranges these are.
+        delay: after the antenna's samples [s].
+    """
+
+    def __init__(
+        self,
+        parameters: lookout.LookoutParameters,
+        beacon: BeaconParameters,
+        lidar: LidarParameters,
+        delay: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._range_max, self._period = lidar.range_max, 1 / beacon.rate
+        self._looks = beacon.field_of_view < 2 * math.pi
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._reading = self.DeclareVectorInputPort(
+            "beacon_reading", size(BeaconReading)
+        )
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
+        self._avoidance = self.DeclareVectorInputPort(
+            "avoidance_waypoint", size(Waypoint)
+        )
+        self._memory = self.DeclareAbstractState(Value(lookout.LookoutState()))
+        self.DeclareVectorOutputPort("waypoint", size(Waypoint), self._calc)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / beacon.rate, delay, self._update
+        )
+
+    def _update(self, context: Context, state: State) -> None:
+        if not self._looks:
+            return
+        pose = self._pose.Eval(context).tolist()
+        x, y, known = self._target.Eval(context).tolist()
+        if known < 0.5 or not is_pose(pose):
+            return
+        memory = context.get_abstract_state(int(self._memory)).get_value()
+        memory = lookout.update(
+            memory,
+            pose,
+            (x, y),
+            self._reading.Eval(context)[2] > 0.5,
+            memory.mode == "back" and self._is_free_behind(context, pose),
+            self._period,
+            self._parameters,
+        )
+        state.get_mutable_abstract_state(int(self._memory)).set_value(memory)
+
+    def _is_free_behind(self, context: Context, pose: list[float]) -> bool:
+        return lookout.is_free_behind(
+            pose, self._ranges.Eval(context), self._range_max
+        )
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_abstract_state(int(self._memory)).get_value()
+        found = self._avoidance.Eval(context)
+        if self._looks:
+            x, y, known = self._target.Eval(context).tolist()
+            if known < 0.5:
+                found = (np.nan, np.nan, 0.0)
+            elif memory.mode != "drive":
+                pose = self._pose.Eval(context).tolist()
+                found = lookout.waypoint(memory, pose, (x, y), self._parameters)
+        output.SetFromVector(found)
 
 
 class StraightToTarget(LeafSystem):

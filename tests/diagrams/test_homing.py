@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 
 from drake_mobarm import load_scenario, run
 from drake_mobarm.homing.job import AVOIDANCES, ESTIMATORS
@@ -88,14 +89,46 @@ def test_a_silent_beacon_makes_the_robot_look_around_until_its_time_is_up():
     assert '"goal_position_error_m": null' in result.summary()
 
 
-def test_a_narrow_field_of_view_is_turned_until_it_hears_the_beacon():
+HALF_TURN = "station.beacon.field_of_view=3.141592653589793"
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("noise", [1, 5])
+def test_a_beacon_out_of_a_half_turns_view_is_found(estimator, noise):
     scenario = load_scenario(
         "homing",
-        [*OPEN, "beacon=[-3, 1]", "station.beacon.field_of_view=3.14159"],
+        [
+            *OPEN,
+            "beacon=[-3, 1]",
+            HALF_TURN,
+            f"estimator={estimator}",
+            f"noise={noise}",
+        ],
     )
     result = run(scenario, seed=3)
     assert result.success
-    assert result.trace["beacon_reading"][10, 2] == 0
+    assert result.metrics["final_position_error_m"] < 0.5
+    heard = result.trace["beacon_reading"][:, 2] > 0.5
+    assert not heard[:10].any()
+    assert heard.any()
+
+
+def test_an_antenna_that_hears_all_around_leaves_the_way_to_the_avoidance():
+    diagram = build_diagram(load_scenario("homing", OPEN))
+    lookout = block(diagram, "lookout")
+    context = lookout.CreateDefaultContext()
+    for name, value in {
+        "measured_base_pose": [0, 0, 0],
+        "beacon_reading": [np.nan, np.nan, 0],
+        "estimated_target": [0.1, 0, 1],
+        "lidar_ranges": np.full(360, 12.0),
+        "avoidance_waypoint": [3, 4, 0.7],
+    }.items():
+        lookout.GetInputPort(name).FixValue(context, value)
+    simulator = Simulator(lookout, context)
+    simulator.AdvanceTo(2.0)
+    found = lookout.GetOutputPort("waypoint").Eval(simulator.get_context())
+    np.testing.assert_array_equal(found, [3, 4, 0.7])
 
 
 class SendsNaN(BeaconSensor):
@@ -170,6 +203,7 @@ REACHES = {
     "hybrid": {"estimator"},
     "filter": {"estimator"},
     "rules": {"avoidance"},
+    "lookout": {"lookout"},
     "controller": {"controller"},
     "world": {"lidar"},  # And geometries, which are no system's parameters.
     "meshes": set(),  # The shipped worlds have none.
@@ -185,6 +219,7 @@ REACHES = {
         "lidar_noise",
         "localization",
         "avoidance",
+        "lookout",
     },
     "station.lidar.rate": {
         "lidar",
@@ -192,10 +227,16 @@ REACHES = {
         "localization",
         "avoidance",
     },
-    "station.lidar.range_max": {"lidar", "localization", "avoidance"},
+    "station.lidar.range_max": {
+        "lidar",
+        "localization",
+        "avoidance",
+        "lookout",
+    },
     "station.lidar.noise": {"lidar"},
     "station.beacon": {"beacon"},
-    "station.beacon.rate": {"beacon", "beacon_noise", "estimator"},
+    "station.beacon.field_of_view": {"beacon", "lookout"},
+    "station.beacon.rate": {"beacon", "beacon_noise", "estimator", "lookout"},
     "station.beacon.model": {"beacon", "estimator"},
     "station.base_drive": {"base_driver"},
     "station.base_drive.speed_limit": {"base_driver", "controller"},

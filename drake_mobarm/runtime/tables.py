@@ -74,7 +74,7 @@ def reproduce(
     require(jobs is None or 1 <= jobs <= 1000, "jobs", jobs, "1 to 1000")
     check_seed(seed)
     todo = list(table.make_trials(seed, count))
-    identity: dict[str, Any] = {"table": name, "trials": count, "seed": seed}
+    identity = {"table": name, "trials": count, "seed": seed, "only": only}
     if only is not None:
         cases = "; ".join(dict.fromkeys(trial.case for trial in todo))
         todo = [trial for trial in todo if only in trial.case]
@@ -83,7 +83,6 @@ def reproduce(
                 f"no case of table {name} holds {shown(only)}: valid are "
                 f"parts of {cases}"
             )
-        identity["only"] = only
     base = dump_scenario(load_scenario(table.scenario))
     store = folder / STORE
     same = partial(_holds_table, identity)
@@ -243,7 +242,7 @@ def to_csv(rows: Sequence[Row]) -> str:
 def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
     """The table for people: ours, the dissertation's in brackets."""
     only = ""
-    if "only" in content:
+    if content["only"] is not None:
         only = f" --only {shlex.quote(content['only'])}"
     heads = [
         "case",

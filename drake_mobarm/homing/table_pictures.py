@@ -58,9 +58,11 @@ def pictures(
             "by_distance.png": lambda: draw_by_distance(rows),
         },
         "tau": {"tau.png": lambda: draw_tau(rows)},
+        "told": {"told.png": lambda: draw_told(rows)},
     }
+    of = name.removesuffix("-half-turn")
     with mpl.rc_context(STYLE):
-        return {file: draw() for file, draw in draws[name].items()}
+        return {file: draw() for file, draw in draws[of].items()}
 
 
 def draw_calibration() -> Figure:
@@ -259,26 +261,47 @@ def draw_house(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
 
 def draw_tau(rows: Sequence[Row]) -> Figure:
     """Goal position error against tau of (2.3), a line a configuration."""
-    figure = Figure(figsize=(5.4, 3.4), layout="constrained")
-    axes = figure.add_subplot()
     errors: dict[int, dict[float, list[float]]] = {}
     for row in rows:
         tau, number = row["case"].removeprefix("tau ").split(", configuration ")
         of_tau = errors.setdefault(int(number), {}).setdefault(float(tau), [])
         of_tau.append(row["goal_position_error_m"])
+    return _draw_errors(errors, r"$\tau$ [readings]")
+
+
+def draw_told(rows: Sequence[Row]) -> Figure:
+    """Goal position error against the noise told, a line a true one."""
+    errors: dict[int, dict[float, list[float]]] = {}
+    for row in rows:
+        number, told = (
+            row["case"].removeprefix("configuration ").split(", told ")
+        )
+        of_told = errors.setdefault(int(number), {}).setdefault(
+            0.0 if told == "none" else float(told), []
+        )
+        of_told.append(row["goal_position_error_m"])
+    return _draw_errors(errors, "configuration told (0: none)")
+
+
+def _draw_errors(
+    errors: dict[int, dict[float, list[float]]], label: str
+) -> Figure:
+    """Mean errors [m] over a parameter, a line a configuration."""
+    figure = Figure(figsize=(5.4, 3.4), layout="constrained")
+    axes = figure.add_subplot()
     shades = mpl.colormaps["viridis"](np.linspace(0, 0.85, len(errors)))
-    for shade, (number, by_tau) in zip(
+    for shade, (number, by_value) in zip(
         shades, sorted(errors.items()), strict=True
     ):
         axes.plot(
-            list(by_tau),
-            [np.mean(e) for e in by_tau.values()],
+            list(by_value),
+            [np.mean(e) for e in by_value.values()],
             "o-",
             ms=3,
             color=shade,
             label=f"configuration {number}",
         )
-    axes.set_xlabel(r"$\tau$ [readings]")
+    axes.set_xlabel(label)
     axes.set_ylabel("mean goal position error [m]")
     axes.set_ylim(bottom=0)
     axes.legend()

@@ -1,7 +1,8 @@
 """Tables 2.3 and 2.4, and the sweep that chose tau of (2.3)."""
 
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,9 @@ COLUMNS = (
 )
 
 
-def open_space_trials(seed: int, count: int) -> Iterator[Trial]:
+def open_space_trials(
+    seed: int, count: int, *overrides: str
+) -> Iterator[Trial]:
     """Table 2.3: `count` targets, quadrants in turn, for every case.
 
     All cases meet the same targets with the same seeds.
@@ -80,10 +83,11 @@ def open_space_trials(seed: int, count: int) -> Iterator[Trial]:
                     *_OPEN_FLOOR,
                     f"estimator={estimator}",
                     f"noise={noise}",
+                    *overrides,
                 )
 
 
-def house_trials(seed: int, count: int) -> Iterator[Trial]:
+def house_trials(seed: int, count: int, *overrides: str) -> Iterator[Trial]:
     """Table 2.4: pairs of rooms in turn, each with new places and heading."""
     pairs = [(a, b) for a in ROOMS for b in ROOMS]
     for index in range(count):
@@ -102,8 +106,42 @@ def house_trials(seed: int, count: int) -> Iterator[Trial]:
                     f"estimator={estimator}",
                     f"avoidance={avoidance}",
                     f"station.localization={localization}",
+                    *overrides,
                     start_room=start_room,
                     target_room=target_room,
+                )
+
+
+def half_turn(
+    make_trials: Callable[..., Iterator[Trial]],
+) -> Callable[[int, int], Iterator[Trial]]:
+    """The same trials with an antenna that hears half a turn (section 2.5)."""
+
+    def make_half_turn_trials(seed: int, count: int) -> Iterator[Trial]:
+        return make_trials(
+            seed, count, f"station.beacon.field_of_view={math.pi}"
+        )
+
+    return make_half_turn_trials
+
+
+def told_trials(seed: int, count: int) -> Iterator[Trial]:
+    """The filter with each noise, told each noise or none."""
+    for index in range(count):
+        rng = np.random.default_rng([seed, 12, index])
+        beacon = _target_in_quadrant(rng, index % 4)
+        run_seed = int(rng.integers(2**31))
+        for noise in NOISE_CONFIGURATIONS:
+            for told in (0, *NOISE_CONFIGURATIONS):
+                yield _trial(
+                    f"configuration {noise}, told {told or 'none'}",
+                    run_seed,
+                    [0.0, 0.0, 0.0],
+                    beacon,
+                    *_OPEN_FLOOR,
+                    "estimator=filter",
+                    f"noise={noise}",
+                    f"filter.told={told}",
                 )
 
 
@@ -243,6 +281,10 @@ def _table_2_4(case: str) -> dict[str, float]:
     return dict(zip(_DISSERTATION, figures, strict=False))
 
 
+def _no_figures(case: str) -> dict[str, float]:
+    return {}
+
+
 _DEFINITIONS = (
     "A run ends at the first check (0.05 s) after the estimator says that it "
     "has arrived; errors are against the true position of the beacon, "
@@ -285,6 +327,30 @@ TABLES = {
             80,
             house_trials,
             _table_2_4,
+        ),
+        (
+            "2.3-half-turn",
+            "Table 2.3 with an antenna that hears half a turn",
+            _OPEN_SPACE,
+            40,
+            half_turn(open_space_trials),
+            _table_2_3,
+        ),
+        (
+            "2.4-half-turn",
+            "Table 2.4 with an antenna that hears half a turn",
+            _HOUSE,
+            80,
+            half_turn(house_trials),
+            _table_2_4,
+        ),
+        (
+            "told",
+            "The noise of the readings against what the filter is told of it",
+            _OPEN_SPACE,
+            20,
+            told_trials,
+            _no_figures,
         ),
         (
             "tau",

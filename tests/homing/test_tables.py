@@ -1,12 +1,18 @@
 """The trials of homing's tables: where they start and where beacons are."""
 
+import math
+
+import pytest
+
 from drake_mobarm import load_scenario
 from drake_mobarm.homing.tables import (
     AREA,
     ROOMS,
+    half_turn,
     house_trials,
     open_space_trials,
     tau_trials,
+    told_trials,
 )
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import clearance, outlines
@@ -103,6 +109,45 @@ def test_a_trials_overrides_are_what_its_case_and_its_notes_say():
         assert scenario.start == (*start(trial), yaw)
         met.add(trial.case)
     assert met == set(expected)
+
+
+def test_half_turn_tables_are_the_same_trials_with_another_antenna():
+    for make_trials in (open_space_trials, house_trials):
+        whole, half = make_trials(2, 2), half_turn(make_trials)(2, 2)
+        for one, other in zip(whole, half, strict=True):
+            assert one.case == other.case
+            assert one.seed == other.seed
+            full, narrow = (
+                load_scenario("homing", t.overrides) for t in (one, other)
+            )
+            beacon = full.station.beacon
+            assert beacon.field_of_view == pytest.approx(2 * math.pi)
+            beacon = narrow.station.beacon
+            assert beacon.field_of_view == pytest.approx(math.pi)
+            assert narrow.beacon == full.beacon
+            assert narrow.noise == full.noise
+            assert narrow.avoidance == full.avoidance
+
+
+def test_every_noise_meets_every_told_one_on_the_same_targets():
+    met = set()
+    for trial in told_trials(0, 2):
+        scenario = load_scenario("homing", trial.overrides)
+        told = scenario.filter.told
+        assert trial.case == (
+            f"configuration {scenario.noise}, told {told or 'none'}"
+        )
+        assert scenario.estimator == "filter"
+        assert scenario.avoidance == "none"
+        met.add((scenario.noise, told, scenario.beacon, trial.seed))
+    targets = {(beacon, seed) for *_, beacon, seed in met}
+    assert len(targets) == 2
+    assert met == {
+        (noise, told, *target)
+        for noise in range(1, 6)
+        for told in range(6)
+        for target in targets
+    }
 
 
 def test_other_seeds_give_other_trials_and_the_same_seed_the_same():

@@ -195,7 +195,8 @@ def position_error(
     apart = _length(p - v)
     if apart == 0.0:
         return 0.0  # Also where the antenna is on both: no 0 / 0.
-    return apart / (0.5 * (_length(p - a) + _length(v - a)))
+    # Halving a sum of the least numbers would give 0.
+    return 2 * (apart / (_length(p - a) + _length(v - a)))
 
 
 def is_outlier(position: ArrayLike, previous: Array, threshold: float) -> bool:

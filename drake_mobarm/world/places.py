@@ -52,7 +52,8 @@ def check_places(world: World, places: Sequence[Place]) -> None:
         room = float(clearance(footprint, np.array(place.value[:2])))
         if room <= (RADIUS if place.robot else 0.0):
             needed = (
-                f": {room:.2f} m are free around it, the robot needs {RADIUS} m"
+                f": {room:.3f} m are free around it, the robot needs more than "
+                f"{RADIUS} m"
             )
             raise ScenarioError(
                 f"{place.name} {list(place.value)} is inside an obstacle of "

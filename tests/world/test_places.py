@@ -47,7 +47,7 @@ def test_a_point_may_be_nearer_to_a_wall_than_the_robot():
     # The robot's radius is 0.27 m; the wall's face is at 2 m.
     check(ROOM, 1.72, 0.0, robot=True)
     check(ROOM, 1.99, 0.0)
-    with pytest.raises(ScenarioError, match=r"0\.26 m are free .* 0\.27 m"):
+    with pytest.raises(ScenarioError, match=r"0\.260 m are free .* 0\.27 m"):
         check(ROOM, 1.74, 0.0, robot=True)
     with pytest.raises(ScenarioError):
         check(ROOM, 1.731, 0.0, robot=True)

@@ -9,8 +9,9 @@ move, and the way to it may well lead around things. Near the estimate it does:
 - search: on the spot, once around: the beacon is not where it is estimated.
 - aside, then back: at the estimate, where the antenna has run over the beacon,
   the robot turns to another line and backs off along it, until the estimate is
-  in front of it again. It so comes back from another side: bearings along one
-  line alone do not tell where on it the beacon is.
+  in front of it again. Where something is behind, it tries the next line. So it
+  comes back from another side: bearings along one line alone do not tell where
+  on it the beacon is.
 
 From "drive" the robot begins to look where it has heard nothing for a while:
 at the estimate at once, near it after a pause, elsewhere when it has heard
@@ -41,6 +42,9 @@ _PATIENCE, _HEARD = 0.25, 0.3
 _SEARCH = 14.0
 # Clearance kept beside the robot and free room behind it for backing off [m].
 _MARGIN, _ROOM = 0.03, 0.15
+# Nearer than this [m] the antenna, 0.2 m ahead of the centre, may be past the
+# estimate wherever the robot turns.
+_UNDER_ANTENNA = 0.3
 # Turning aside takes no longer than this [s].
 _LONGEST_TURN = 3.0
 
@@ -205,7 +209,10 @@ def _next_mode(
         turned = is_faced or state.since > _LONGEST_TURN
         return "back" if turned else "aside"
     if state.mode == "back":
-        return "back" if at and is_free_behind else "turn"
+        if at and is_free_behind:
+            return "back"
+        # Here no turning brings the beacon before the antenna.
+        return "aside" if distance < _UNDER_ANTENNA else "turn"
     if found:
         return "drive"
     if state.mode == "turn":

@@ -108,8 +108,12 @@ def test_at_the_estimate_the_robot_backs_off_along_another_line():
     assert watch(0.05, AT, True, state, pose=(-0.31, 0, 1)).mode == "turn"
 
 
-def test_backing_off_ends_where_something_is_behind():
-    state = watch(0.1, AT, heard=False, state=after("back"), free=False)
+def test_where_something_is_behind_another_line_is_tried():
+    state = watch(0.05, AT, heard=False, state=after("back"), free=False)
+    assert state.mode == "aside"
+    assert state.heading == pytest.approx(1.0)
+    # Farther from the estimate turning to it is enough.
+    state = watch(0.05, (0.4, 0), False, after("back"), free=False)
     assert state.mode == "turn"
 
 

@@ -74,6 +74,8 @@ _FREE_UP_TO = 0.2
 _PROGRESS = 0.1
 _PROGRESS_TURN = 0.4
 _PINCHED_SPEED = 0.03
+# By this factor more often the robot forgets where it has touched something.
+_TOUCHED_TRIES = 4
 # A place too narrow is at most this far ahead [m].
 _PINCHED_AHEAD = 1.0
 
@@ -344,7 +346,9 @@ def _try_another(
     state = replace(state, plan=None, halt=None)
     if route.miss <= _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest:
         return replace(state, tried=np.vstack([state.tried, end]))
-    if state.forgotten < parameters.forgetting:
+    # Where something was touched is a guess, and worth more tries.
+    tries = _TOUCHED_TRIES if len(state.map.touched) else 1
+    if state.forgotten < tries * parameters.forgetting:
         touched = state.map.touched if state.forgotten == 0 else no_places()
         return replace(
             state,

@@ -31,7 +31,8 @@ class MapAvoidanceParameters:
         patience: at the way's end, or without progress, until something else
             is tried [s].
         forgetting: how often all that was seen is forgotten before the robot
-            gives up [-], at least 1.
+            gives up [-], at least 1; four times as often where something
+            unseen was touched.
         route: what a way costs.
         touch: what to do on touching something unseen.
     """

@@ -31,7 +31,7 @@ _ROOM_BEHIND = 0.05
 _TOUCH_ANGLES = np.array([0.7, 0.0, 0.35, -0.35, -0.7, 1.05, -1.05])
 # It lies this far outside the robot [m], so that the robot can turn beside
 # it, and is remembered as three points, this far from one to the next [m].
-_TOUCH_DISTANCE = 0.06
+_TOUCH_DISTANCE = 0.02
 _TOUCH_SPACING = 0.08
 # A touch this near to a known one [m] would close nothing new.
 _KNOWN_TOUCH = 0.08

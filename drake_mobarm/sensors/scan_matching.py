@@ -1,6 +1,6 @@
 """Odometry held to what the lidar sees: wheels slip, walls stand still.
 
-A scan is laid over a reference scan, taken a little way back. Where it does
+A scan is laid over a reference scan, taken some way back. Where it does
 not fit at the pose that odometry gives, the pose at which it fits best is
 found by trimmed iterative closest points, from odometry's pose and from the
 last one; the difference to odometry is kept. Where odometry fits, nothing is
@@ -51,23 +51,26 @@ class ScanMatchingParameters:
     Attributes:
         fit_distance: within which a point fits the reference [m], positive.
         fit_share: of points that fit at a right pose [-], in (0, 1].
-        least_move: correction [m] from which odometry is corrected at a new
-            reference, positive.
+        least_move: correction [m] from which odometry is corrected, positive.
         least_turn: the same for the yaw [rad], positive.
-        reference_move: after which a new reference is taken [m], positive.
-        reference_turn: the same for turning [rad], positive.
+        check_move: after which odometry is checked even where it seems to fit
+            [m], positive.
+        check_turn: the same for turning [rad], positive.
+        renew_share: of points that fit at a check [-] below which a new
+            reference is taken, in (0, 1].
     """
 
     fit_distance: float = 0.08
     fit_share: float = 0.75
     least_move: float = 0.02
-    least_turn: float = 0.02
-    reference_move: float = 0.6
-    reference_turn: float = 0.3
+    least_turn: float = 0.01
+    check_move: float = 0.6
+    check_turn: float = 0.3
+    renew_share: float = 0.9
 
     def __post_init__(self) -> None:
         positive(self, *vars(self))
-        within(self, "(0, 1]", "fit_share")
+        within(self, "(0, 1]", "fit_share", "renew_share")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,13 +81,13 @@ class ScanMatchingState(Immutable):
         correction: X_WO of odometry's frame O, [x, y, yaw] in m and rad.
         pose: X_WB at the last scan; None before one.
         reference: of the sides that were seen; None before they were.
-        reference_pose: X_WB there.
+        checked: X_WB at the last check.
     """
 
     correction: Pose = (0.0, 0.0, 0.0)
     pose: Pose | None = None
     reference: KDTree | None = None
-    reference_pose: Pose = (0.0, 0.0, 0.0)
+    checked: Pose = (0.0, 0.0, 0.0)
 
 
 def match(
@@ -123,13 +126,11 @@ def match(
         return _with_reference(replace(state, pose=pose), pose, seen, returned)
     reach = parameters.fit_distance
     fit = _fit(state.reference, points, pose, reach)
-    moved = math.dist(pose[:2], state.reference_pose[:2])
-    turned = abs(wrap_angle(pose[2] - state.reference_pose[2]))
-    is_new = (
-        moved > parameters.reference_move or turned > parameters.reference_turn
-    )
+    moved = math.dist(pose[:2], state.checked[:2])
+    turned = abs(wrap_angle(pose[2] - state.checked[2]))
+    is_due = moved > parameters.check_move or turned > parameters.check_turn
     lost = fit.share < parameters.fit_share or _has_jumped(state.pose, pose)
-    if lost or is_new:
+    if lost or is_due:
         found, found_fit = min(
             (
                 (candidate, _fit(state.reference, points, candidate, reach))
@@ -145,12 +146,15 @@ def match(
             and found_fit.share >= min(parameters.fit_share, fit.share + 0.1)
             and (apart > parameters.least_move or angle > parameters.least_turn)
         ):
-            pose = found
+            pose, fit = found, found_fit
             state = replace(state, correction=compose(pose, inverse(odometry)))
     state = replace(state, pose=pose)
-    if is_new:
+    if not is_due:
+        return state
+    # An old reference lets no small errors add up.
+    if fit.share < parameters.renew_share:
         return _with_reference(state, pose, seen, returned)
-    return state
+    return replace(state, checked=pose)
 
 
 def _has_jumped(last: Pose, pose: Pose) -> bool:
@@ -254,5 +258,5 @@ def _with_reference(
     return replace(
         state,
         reference=KDTree(transform_points(pose, points)),
-        reference_pose=pose,
+        checked=pose,
     )

@@ -22,8 +22,8 @@ POSITION = np.array([1.0, 2.0])
 RANGE_MAX = 12.0
 FREE = np.full(360, RANGE_MAX)
 NOTHING = np.empty((0, 2))
-# 0.06 m outside the robot's radius of 0.27 m.
-TOUCH = 0.33
+# 0.02 m outside the robot's radius of 0.27 m.
+TOUCH = 0.29
 
 
 def scan_of(yaw=0.0, ranges=FREE):

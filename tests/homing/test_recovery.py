@@ -21,8 +21,8 @@ from drake_mobarm.homing.situation import look
 PARAMETERS = AvoidanceParameters()
 RANGE_MAX = 12.0
 FREE = np.full(360, RANGE_MAX)
-# 0.06 m outside the robot's radius of 0.27 m.
-TOUCH = 0.33
+# 0.02 m outside the robot's radius of 0.27 m.
+TOUCH = 0.29
 
 
 def scene(yaw=0.0, ranges=FREE, **known):

@@ -27,8 +27,9 @@ _BLOCK = 2.0
 _HORIZON = 60.0
 # No way ends this near to a place that was tried [m].
 _TRIED = 0.2
-# Where no way ends near enough, a metre nearer counts more than any way.
-_NEAREST_FIRST = 1e3
+# Where no way ends near enough, ends that are this much farther off than the
+# nearest [m] are as good as that.
+_AS_NEAR = 0.2
 # Ways that are this far apart somewhere [m] are two ways.
 _ELSEWHERE = 0.7
 # So many places after the robot's own are as good as passed.
@@ -116,7 +117,7 @@ def find_route(
         target: p_WT [m], (2,).
         tolerance: how far from the target a way may end [m]. Where no such
             way is open, or the target is farther off than 60 m along an axis,
-            the way ends as near to the target as one can come.
+            the way ends about as near to the target as one can come.
         parameters: what a way costs.
         tried: places near which no way is to end [m], (m, 2).
         last: the way until now, if any: the robot stays on it where another
@@ -141,10 +142,9 @@ def find_route(
     open_ends = np.isfinite(way) & ~shut
     for place in tried:
         open_ends &= lengths(places - place) > _TRIED
-    if np.any(open_ends & (miss <= tolerance)):
-        open_ends &= miss <= tolerance
-    else:
-        total += _NEAREST_FIRST * miss
+    if np.any(open_ends):
+        nearest = float(miss[open_ends].min())
+        open_ends &= miss <= max(tolerance, nearest + _AS_NEAR)
     end = int(np.argmin(np.where(open_ends, total, np.inf)))
     chain = [end]
     while before[chain[-1]] >= 0:

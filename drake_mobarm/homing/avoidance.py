@@ -43,7 +43,9 @@ the robot turns back once, after `first_leg`. Where it meets a boundary at the
 place of the last meeting, it takes the other side.
 
 A robot that has met no new ground for `give_up_time` goes round and round: it
-has given up.
+has given up. So it has after that time near places visited earlier, even where
+it finds a little new ground now and then: a new place makes up for a fortieth
+of that time.
 """
 
 from collections.abc import Iterable
@@ -108,6 +110,9 @@ _ONE_PLACE = 0.7
 # and so many of them: 100 m of way.
 _VISITED_SPACING = 0.5
 _VISITED_PLACES = 200
+# The share of the time until the robot gives up that a new place makes up for:
+# by default 1 s, in which it drives to the next one.
+_NEW_PLACE = 1 / 40
 
 # Gaps lie this far beyond the edge that they pass [m]: about the radius.
 _PAST_EDGE = 0.3
@@ -169,7 +174,8 @@ def has_given_up(
     state: AvoidanceState, parameters: AvoidanceParameters
 ) -> bool:
     """Whether the robot goes round and round."""
-    return state.no_new_ground > parameters.give_up_time + ROUNDING
+    longest = max(state.no_new_ground, state.known_ground)
+    return longest > parameters.give_up_time + ROUNDING
 
 
 def _wait(state: AvoidanceState, position: Array, yaw: float) -> AvoidanceState:
@@ -200,9 +206,15 @@ def _remember(
         stay = Stay(position)
     else:
         stay = replace(state.stay, time=state.stay.time + period)
-    is_new = bool((lengths(visited - position) > _VISITED_SPACING).all())
+    apart = lengths(visited - position)
+    is_new = bool((apart > _VISITED_SPACING).all())
+    known_ground = state.known_ground
     if is_new:
         visited = np.vstack([visited, position])[-_VISITED_PLACES:]
+        made_up = _NEW_PLACE * parameters.give_up_time
+        known_ground = max(known_ground - made_up, 0.0)
+    elif (apart[:-1] < _ONE_PLACE).any():
+        known_ground += period
     if isinstance(mode, Seek):
         mode = replace(mode, idle=0.0 if is_new else mode.idle + period)
     elif isinstance(mode, Follow):
@@ -214,6 +226,7 @@ def _remember(
         target=target,
         visited=visited,
         no_new_ground=0.0 if is_new else state.no_new_ground + period,
+        known_ground=known_ground,
         stay=stay,
     )
 

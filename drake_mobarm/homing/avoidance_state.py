@@ -38,8 +38,8 @@ class AvoidanceParameters:
         smoothing_time: in which the target's estimate is followed [s].
         patience: time without a gain until a boundary is followed [s].
         boxed_time: at one place until the robot counts as boxed in [s].
-        give_up_time: without new ground until the robot gives up: it goes
-            round and round [s].
+        give_up_time: without new ground, or near places visited earlier,
+            until the robot gives up: it goes round and round [s].
         gain: by how much nearer to the target than ever before a boundary is
             left for [m].
         lookahead: free length that counts as open along a boundary [m].
@@ -217,6 +217,8 @@ class AvoidanceState(Immutable):
         target: p_WT, the smoothed estimate [m], (2,).
         visited: p_WB of places visited [m], (n, 2).
         no_new_ground: time since the last of them [s].
+        known_ground: time near places other than the last one, less what new
+            places made up for [s].
         touched: p_WP of unseen things that were touched [m], (n, 2).
         tight: whether the clearance kept is `tight_margin`.
     """
@@ -231,6 +233,7 @@ class AvoidanceState(Immutable):
     target: Array | None = None
     visited: Array = field(default_factory=no_points)
     no_new_ground: float = 0.0
+    known_ground: float = 0.0
     touched: Array = field(default_factory=no_points)
     tight: bool = False
 

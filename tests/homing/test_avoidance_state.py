@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drake_mobarm.driving.touch import Recovery
-from drake_mobarm.homing.avoidance import update
+from drake_mobarm.homing.avoidance import has_given_up, update
 from drake_mobarm.homing.avoidance_state import (
     AvoidanceParameters,
     ChosenGap,
@@ -127,6 +127,65 @@ def test_the_way_along_a_boundary_is_added_up():
     assert state.rule == "follow"
     assert state.mode.followed == pytest.approx(1.5)
     np.testing.assert_allclose(state.mode.position, near(0.3, 0.4))
+
+
+# Giving up
+
+
+def gives_up(places, parameters=PARAMETERS):
+    """After which of the updates at places the robot gives up, or None."""
+    state = initial_state()
+    for number, x in enumerate(places):
+        state = step(state, FREE, at=(x, 0.0), parameters=parameters)
+        if has_given_up(state, parameters):
+            return number
+    return None
+
+
+@pytest.mark.parametrize("time", [40.0, 2.0])
+def test_a_robot_that_stands_gives_up_after_its_time(time):
+    parameters = AvoidanceParameters(give_up_time=time)
+    updates = round(time / PERIOD)
+    assert gives_up(np.zeros(updates + 1), parameters) is None
+    assert gives_up(np.zeros(updates + 9), parameters) == updates + 1
+
+
+@pytest.mark.parametrize("speed", [0.25, 0.5, 1.0])
+def test_a_robot_on_new_ground_never_gives_up(speed):
+    # Longer than the time to give up, on places half a metre apart.
+    way = speed * PERIOD * np.arange(900)
+    assert gives_up(way) is None
+
+
+def test_time_near_earlier_places_is_counted_and_new_places_make_up_for_it():
+    state = replace(state_of(known_ground=2.0), visited=PLACE[None])
+    counts = []
+    # The last place is near to itself alone, 0.74 m from the one before.
+    for x in (0.51, 1.02, 0.6, 1.02, 1.25, 1.53):
+        state = step(state, FREE, at=(x, 0.0))
+        counts.append(state.known_ground)
+    assert counts == pytest.approx([1.0, 0.0, 0.1, 0.2, 0.2, 0.0])
+
+
+def test_a_robot_that_returns_from_a_dead_end_does_not_give_up():
+    # 15 m in, 15 m out at 0.5 m/s, and on beyond the start.
+    way = 0.05 * np.concatenate([np.arange(300), np.arange(300, -600, -1)])
+    assert gives_up(way) is None
+
+
+def test_a_little_new_ground_now_and_then_does_not_keep_it_from_giving_up():
+    # To and fro over 3 m at 0.5 m/s: 12 s for a round, and each round 0.6 m
+    # farther, which makes up for 1 s or 2 s. After the first way, 6 s, each
+    # round is at least 8 s near places visited earlier: five such rounds.
+    turns = np.ravel([(3.0 + 0.6 * n, 0.0) for n in range(12)])
+    places, here = [], 0.0
+    for turn in turns:
+        count = round(abs(turn - here) / 0.05)
+        places += list(np.linspace(here, turn, count, endpoint=False))
+        here = turn
+    number = gives_up(places)
+    assert number is not None
+    assert 40 < number * PERIOD < 85
 
 
 # Waiting

@@ -157,6 +157,33 @@ def test_the_robot_stays_on_its_way_unless_another_is_clearly_shorter(
     assert (np.sign(route.places[:, 1].mean()) == side) == stays
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_robot_does_not_stay_on_a_way_that_ends_at_a_place_tried(side):
+    # Both ways are about as long, and the last one would be kept.
+    low, high = sorted([-2.0 * side, 2.3 * side])
+    points = [wall((2, low), (2, high))]
+    last = route_of([*points, wall((2, -20 * side), (2, 0))], (0, 0), (4, 0))
+    tried = last.places[-1:]
+    route = route_of(
+        points, (0, 0), (4, 0), tolerance=0.5, tried=tried, last=last
+    )
+    assert np.hypot(*(route.places[-1] - tried[0])) > 0.2
+
+
+def test_the_robot_does_not_stay_on_a_way_that_ends_far_from_the_target():
+    # 2 m from the target cost as much as 6 m of way: its own is no longer.
+    points = [wall((2, -2), (2, 2.3))]
+    last = route_of([*points, wall((2, -20), (2, 0))], (0, 0), (4, 0))
+    route = route_of(points, (0, 0), (6, 0), tolerance=2.5, last=last)
+    assert route.miss < 0.1
+
+
+def test_a_way_along_the_last_one_follows_the_target():
+    last = route_of([], (0, 0), (4, 0))
+    route = route_of([], (0, 0), (4, 0.2), tolerance=0.6, last=last)
+    assert route.miss < 0.06
+
+
 def test_points_far_off_the_way_cost_nothing():
     far = [wall((0, 5), (4, 5))]
     route = route_of(far, (0, 0), (4, 0))
@@ -180,6 +207,20 @@ def test_a_thing_on_the_way_shuts_it(across, shut):
 def test_a_thing_that_is_passed_does_not_shut_the_way():
     route = route_of([], (-3, 0), (6, 0))
     assert not is_shut(route, scan_of([(-1.0, 0.0)]), PARAMETERS)
+
+
+def test_a_thing_beside_the_robot_does_not_shut_the_way():
+    # 0.18 m from the robot's centre, 0.33 m from the place 0.4 m ahead.
+    route = route_of([], (0, 0), (6, 0))
+    assert not is_shut(route, scan_of([(0.1, 0.15)]), PARAMETERS)
+
+
+def test_the_place_ahead_lies_beyond_a_door_that_the_way_passes():
+    # The door leaves 0.45 m, the way behind it more.
+    points = np.vstack([wall((1, -3), (1, -0.45)), wall((1, 0.45), (1, 3))])
+    route = route_of([points], (0, 0), (6, 0))
+    place, _ = place_ahead(route, np.zeros(2), points, 2.0)
+    np.testing.assert_allclose(place, [2.0, 0.0], atol=0.15)
 
 
 def test_in_the_open_the_place_ahead_is_as_far_as_it_looks():

@@ -104,6 +104,26 @@ def test_far_cells_are_not_looked_through_between_two_rays():
     assert len(seen.points()) == 1
 
 
+@pytest.mark.parametrize(("behind", "stays"), [(0.1, True), (0.2, False)])
+def test_a_ray_looks_through_what_it_passes_by_15_centimetres(behind, stays):
+    seen = with_scan(SeenMap(), one_range(2.0))
+    farther = FREE.copy()
+    farther[179:182] = 2.0 + behind
+    for _ in range(20):
+        seen = with_scan(seen, farther)
+    points = {tuple(p) for p in np.round(seen.points(), 6)}
+    assert ((2.0, 0.0) in points) == stays
+
+
+@pytest.mark.parametrize("beside", [179, 181])
+def test_one_ray_alone_looks_through_nothing(beside):
+    seen = with_scan(SeenMap(), one_range(2.0))
+    for _ in range(20):
+        seen = with_scan(seen, one_range(1.0, ray=beside))
+    points = {tuple(p) for p in np.round(seen.points(), 6)}
+    assert (2.0, 0.0) in points
+
+
 def test_touched_points_are_kept_whatever_is_seen():
     seen = SeenMap().with_touch(np.array([[0.33, 0.0]]))
     for _ in range(50):

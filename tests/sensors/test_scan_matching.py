@@ -106,6 +106,28 @@ def test_where_nothing_is_seen_odometry_is_believed():
         np.testing.assert_array_equal(measured(state, (x, 0, 0)), [x, 0, 0])
 
 
+def test_after_a_scan_that_shows_nothing_odometry_is_believed_anew():
+    rng = np.random.default_rng(3)
+    true, odometry = (0.5, 0.3, 0.4), (0.8, 0.3, 0.4)
+    state = ScanMatchingState()
+    for pose, ranges in (
+        (true, seen(true, rng)),
+        (odometry, NOTHING),
+        (odometry, seen(true, rng)),
+        (odometry, seen(true, rng)),
+    ):
+        state = match(state, pose, ranges, RANGE_MAX, PARAMETERS)
+    np.testing.assert_array_equal(measured(state, odometry), odometry)
+
+
+def test_a_robot_that_turns_takes_a_new_reference_after_its_angle():
+    turning = np.column_stack([np.zeros((4, 2)), 0.2 * np.arange(4)])
+    references = [drive(turning[:n], turning[:n])[1] for n in (1, 2, 3, 4)]
+    # 0.4 rad is the first turn of more than 0.3 rad.
+    yaws = [state.reference_pose[2] for state in references]
+    assert yaws == pytest.approx([0.0, 0.0, 0.4, 0.4])
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_pose_that_is_not_finite_changes_nothing(bad):
     _, state = drive(arc(5), arc(5))

@@ -129,6 +129,24 @@ def test_the_way_along_a_boundary_is_added_up():
     np.testing.assert_allclose(state.mode.position, near(0.3, 0.4))
 
 
+@pytest.mark.parametrize("period", [0.02, 0.25, 1.0])
+def test_times_are_sums_of_the_lidars_periods(period):
+    state = initial_state()
+    for _ in range(3):
+        state = update(
+            state,
+            [*PLACE, 0],
+            near(6, 0),
+            AHEAD,
+            (0.2, 0),
+            RANGE_MAX,
+            period,
+            PARAMETERS,
+        )
+    times = [state.stay.time, state.no_new_ground, state.mode.idle]
+    assert times == pytest.approx([2 * period] * 3)
+
+
 # Giving up
 
 

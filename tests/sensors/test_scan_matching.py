@@ -128,6 +128,25 @@ def test_a_robot_that_turns_takes_a_new_reference_after_its_angle():
     assert yaws == pytest.approx([0.0, 0.0, 0.4, 0.4])
 
 
+def test_the_sides_of_things_are_filled_and_the_space_between_is_not():
+    # A pillar 1 m ahead, before a wall 2 m ahead: rays meet the wall up to
+    # 10 cm apart, and from its edge to the wall it is more than 1 m.
+    sides = outlines_to_segments(
+        [rectangle(1.0, -0.2, 1.1, 0.2), rectangle(2.0, -3.0, 2.1, 3.0)]
+    )
+    ranges = np.minimum(cast_rays(*sides, (0, 0, 0), 360), RANGE_MAX)
+    state = match(ScanMatchingState(), (0, 0, 0), ranges, RANGE_MAX, PARAMETERS)
+    x, y = state.reference.data.T
+    off = np.minimum(np.abs(x - 1.0), np.abs(x - 2.0))
+    np.testing.assert_allclose(off, 0, atol=1e-9)
+    along = np.sort(y[np.abs(x - 2.0) < 0.01])
+    # Only behind the pillar, 0.4 m to each side, is a gap.
+    gaps = np.diff(along)
+    assert np.count_nonzero(gaps > 0.1) == 1
+    assert gaps.max() == pytest.approx(0.8, abs=0.1)
+    assert np.sort(gaps)[-2] < 0.055
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf])
 def test_a_pose_that_is_not_finite_changes_nothing(bad):
     _, state = drive(arc(5), arc(5))

@@ -120,12 +120,33 @@ def test_after_a_scan_that_shows_nothing_odometry_is_believed_anew():
     np.testing.assert_array_equal(measured(state, odometry), odometry)
 
 
-def test_a_robot_that_turns_takes_a_new_reference_after_its_angle():
+def test_odometry_is_checked_after_its_angle_and_what_fits_is_kept():
     turning = np.column_stack([np.zeros((4, 2)), 0.2 * np.arange(4)])
-    references = [drive(turning[:n], turning[:n])[1] for n in (1, 2, 3, 4)]
+    states = [drive(turning[:n], turning[:n])[1] for n in (1, 2, 3, 4)]
     # 0.4 rad is the first turn of more than 0.3 rad.
-    yaws = [state.reference_pose[2] for state in references]
+    yaws = [state.checked[2] for state in states]
     assert yaws == pytest.approx([0.0, 0.0, 0.4, 0.4])
+    first, last = states[0].reference.data, states[-1].reference.data
+    np.testing.assert_array_equal(first, last)
+
+
+def test_where_a_scan_shows_other_things_it_is_the_new_reference():
+    rng = np.random.default_rng(4)
+    state = match(
+        ScanMatchingState(),
+        (0, 0, 0),
+        seen((0, 0, 0), rng),
+        RANGE_MAX,
+        PARAMETERS,
+    )
+    # A fifth of the scan, 72 rays, meets something new at 1 m; it is taken
+    # for new at the next check, 0.6 m on.
+    for x in (0.3, 0.7):
+        ranges = seen((x, 0, 0), rng)
+        ranges[144:216] = 1.0
+        before = state.reference
+        state = match(state, (x, 0, 0), ranges, RANGE_MAX, PARAMETERS)
+        assert (state.reference is before) == (x < 0.6)
 
 
 def test_the_sides_of_things_are_filled_and_the_space_between_is_not():

@@ -247,6 +247,17 @@ def test_the_estimate_is_followed_in_a_second():
     np.testing.assert_allclose(state.target, [4.1, -0.2])
 
 
+def test_the_estimate_is_as_good_as_from_the_nearest_place_until_it_moves():
+    state, nearest = initial_state(), []
+    # 4 m away, 1 m, 4 m again; then a tenth of 2 m across, in a period.
+    for x, target in ((0, (4, 0)), (3, (4, 0)), (0, (4, 0)), (0, (4, 2))):
+        state = update(
+            state, (x, 0, 0), target, FREE, RANGE_MAX, PERIOD, PARAMETERS
+        )
+        nearest.append(state.closest)
+    assert nearest == pytest.approx([4.0, 1.0, 1.0, 1.2])
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [("margin", 0.0), ("forgetting", 0), ("patience", math.nan)],

@@ -71,11 +71,17 @@ _FREE_UP_TO = 0.2
 # A robot that has moved by less than this [m] and turned by less than this
 # [rad] makes no progress. Where it may not be faster than this [m/s], the way
 # is too narrow for it.
-_PROGRESS = 0.1
-_PROGRESS_TURN = 0.4
+_PROGRESS = 0.06
+_PROGRESS_TURN = 0.3
 _PINCHED_SPEED = 0.03
 # By this factor more often the robot forgets where it has touched something.
 _TOUCHED_TRIES = 4
+# In a tight place the robot tries these directions beside its way [rad], each
+# radian of which counts as much as a piece of free way [m], and heads for a
+# place this far ahead [m].
+_OFFSETS = (0.0, *(side * 0.1 * n for n in range(1, 7) for side in (-1, 1)))
+_OFFSET_COST = 0.05
+_TIGHT_WAY = 0.6
 # A place too narrow is at most this far ahead [m].
 _PINCHED_AHEAD = 1.0
 
@@ -270,6 +276,11 @@ def _drive(
     way = _way(state, route, at_end, scan, parameters)
     angle = math.atan2(way[1], way[0])
     limit = careful_speed(scan, angle, radius, parameters.care)
+    if limit < _PINCHED_SPEED:
+        # The lattice may lead past the middle of a tight place.
+        angle = _freest(scan, angle)
+        limit = careful_speed(scan, angle, RADIUS, parameters.care)
+        way = _TIGHT_WAY * unit(angle)
     halt = _halt(state.halt, at_end, scan, period)
     state = replace(
         state,
@@ -289,6 +300,17 @@ def _drive(
         shut = state.map.with_touch(place[None])
         return replace(state, map=shut, plan=None, halt=None)
     return _with_touch(state, scan, parameters)
+
+
+def _freest(scan: Scan, angle: float) -> float:
+    """Of the directions about one [rad], that in which the robot fits best."""
+    return max(
+        (angle + offset for offset in _OFFSETS),
+        key=lambda a: (
+            min(scan.free_length(a, RADIUS), _TIGHT_WAY)
+            - _OFFSET_COST * abs(a - angle)
+        ),
+    )
 
 
 def _way(

@@ -31,6 +31,8 @@ class _Child:
         if cls.trials >= _TRIALS:
             cls.end()
         if cls.pool is None:
+            # A worker of joblib has a start method that a child does not know.
+            multiprocessing.set_start_method("spawn", force=True)
             spawn = multiprocessing.get_context("spawn")
             cls.pool = ProcessPoolExecutor(1, spawn, initializer=_limit)
         cls.trials += 1

@@ -9,6 +9,8 @@ from generate_markdown import table
 
 RESULTS = Path(__file__).resolve().parent / "results"
 
+_THEIRS = "dissertation"
+
 _FIGURES = (
     ("success [%]:", "success_percent", 0),
     ("time [s]:", "mean_time_to_target_s", 1),
@@ -34,47 +36,119 @@ def make_headline(_: str) -> str:
 
 def make_homing(_: str) -> str:
     """Tables 2.3 and 2.4, and the speed of a run, in short."""
-    open_space = _load("table-2.3/table.json")
-    rows = []
-    for label in ("dissertation", "hybrid", "filter"):
-        given = label == "dissertation"
-        for noise, numbers in (("1 to 4", "1234"), ("5", "5")):
-            cases = [
-                row["dissertation"] if given else row
-                for row in open_space["rows"]
-                if row["case"].startswith("hybrid" if given else label)
-                and row["case"][-1] in numbers
-            ]
-            case = f"{label}, configuration {noise}"
-            rows.append([case, *_spans(cases, given)])
     heads = [head for head, _, _ in _FIGURES]
-    trials = open_space["trials"]
+    full, half = (_load(f"table-2.3{x}/table.json") for x in ("", "-half-turn"))
+    rows = [
+        [f"{label}, configuration {noise}", *_spans(cases, label == _THEIRS)]
+        for label, table_, names in (
+            (_THEIRS, full, "hybrid"),
+            ("hybrid", full, "hybrid"),
+            ("filter", full, "filter"),
+            ("hybrid, half-turn antenna", half, "hybrid"),
+            ("filter, half-turn antenna", half, "filter"),
+        )
+        for noise, numbers in (("1 to 4", "1234"), ("5", "5"))
+        for cases in (_cases(table_, names, numbers, label == _THEIRS),)
+    ]
     parts = [
-        f"Table 2.3, open space, {trials} targets a case, seed "
-        f"{open_space['seed']}:",
+        f"Table 2.3, open space, {full['trials']} targets a case, seed "
+        f"{full['seed']}:",
         table([" ", *heads], rows),
     ]
-    houses = [_load(f"table-2.4{end}/table.json") for end in ("", "-seed1")]
-    theirs = houses[0]["rows"][0]["dissertation"]
-    rows = [["dissertation", *_spans([theirs], given=True), ""]]
-    for house in houses:
-        for row in house["rows"]:
-            contacts, trials = row["contacts"], row["trials_with_contact"]
-            rows.append(
-                [
-                    f"{row['case']}, seed {house['seed']}",
-                    *_spans([row]),
-                    f"{contacts:.0f} in {trials} trials",
-                ]
-            )
+    house, half = (
+        _load(f"table-2.4{x}/table.json") for x in ("", "-half-turn")
+    )
+    seeds = [
+        house,
+        *(_load(f"table-2.4-map-seed{n}/table.json") for n in range(1, 5)),
+    ]
+    theirs = house["rows"][0]["dissertation"]
+    rows = [[_THEIRS, "", *_spans([theirs], given=True), ""]]
+    rows += [
+        [row["case"], str(row["trials"]), *_spans([row]), _contacts([row])]
+        for row in house["rows"]
+    ]
+    for case in ("hybrid, map", "filter, map"):
+        pooled = [r for t in seeds for r in t["rows"] if r["case"] == case]
+        rows.append(
+            [
+                f"{case}, seeds 0 to 4",
+                str(sum(row["trials"] for row in pooled)),
+                *_spans([_pooled(pooled)]),
+                _contacts(pooled),
+            ]
+        )
+    rows += [
+        [
+            f"{row['case']}, half-turn antenna",
+            str(row["trials"]),
+            *_spans([row]),
+            _contacts([row]),
+        ]
+        for row in half["rows"]
+    ]
     parts += [
-        "Table 2.4, small house, configuration 5, "
-        f"{houses[0]['trials']} trials a case:",
-        table([" ", *heads, "contacts:"], rows),
+        f"Table 2.4, small house, configuration 5, seed {house['seed']} where "
+        "no other is told:",
+        table([" ", "trials:", *heads, "contacts:"], rows),
+        "The filter's goal position error [m] in open space, by the noise that "
+        "there is and the noise that it is told, with the share that arrives "
+        "where that is not 100 %:",
+        _told(_load("table-told/table.json")),
         "Speed:",
         table(["what", "this library", "beside it"], _speed_rows()),
     ]
     return "\n\n".join(parts)
+
+
+def _cases(
+    content: dict[str, Any], name: str, numbers: str, given: bool
+) -> list[dict[str, float]]:
+    """The rows of Table 2.3 of some configurations."""
+    return [
+        row["dissertation"] if given else row
+        for row in content["rows"]
+        if row["case"].startswith(name) and row["case"][-1] in numbers
+    ]
+
+
+def _pooled(rows: Sequence[dict[str, Any]]) -> dict[str, float]:
+    """The means over the trials of several tables."""
+    successes = [row["trials"] * row["success_percent"] / 100 for row in rows]
+    pooled = {
+        name: sum(
+            count * row[name]
+            for count, row in zip(successes, rows, strict=True)
+        )
+        / sum(successes)
+        for _, name, _ in _FIGURES[1:]
+    }
+    trials = sum(row["trials"] for row in rows)
+    return pooled | {"success_percent": 100 * sum(successes) / trials}
+
+
+def _contacts(rows: Sequence[dict[str, Any]]) -> str:
+    contacts, trials = (
+        sum(row[name] for row in rows)
+        for name in ("contacts", "trials_with_contact")
+    )
+    return f"{contacts:.0f} in {trials} trials"
+
+
+def _told(content: dict[str, Any]) -> str:
+    """The filter's error by the noise that there is and that it is told."""
+    cells: dict[str, dict[str, str]] = {}
+    for row in content["rows"]:
+        true, told = row["case"].removeprefix("configuration ").split(", told ")
+        cell = f"{row['mean_goal_position_error_m']:.3f}"
+        if row["success_percent"] < 100:
+            cell += f" ({row['success_percent']:.0f} %)"
+        cells.setdefault(true, {})[told] = cell
+    told = list(cells["1"])
+    return table(
+        ["configuration", *(f"told {name}:" for name in told)],
+        [[true, *(row[name] for name in told)] for true, row in cells.items()],
+    )
 
 
 def make_placement(_: str) -> str:
@@ -138,7 +212,7 @@ def _homing_rows() -> list[list[str]]:
         (
             "homing in the small house (Table 2.4), strongest noise",
             "table-2.4",
-            "filter",
+            "filter, map",
         ),
     ):
         content = _load(f"{file}/table.json")

@@ -54,6 +54,9 @@ _FARTHEST = 1e5
 # distance: a way may end so far from it.
 _NEAR_ENOUGH = 0.25
 _ESTIMATE_ERROR = 0.15
+# A place so near to the estimate [m] is worth a try: from there the target is
+# seen from another side.
+_WORTH_A_TRY = 0.6
 # A target that has moved by this [m], or share of its distance, since the
 # way was planned makes a new way.
 _MOVED = 0.15
@@ -366,7 +369,8 @@ def _try_another(
     target, end = state.target, route.places[-1]
     assert target is not None
     state = replace(state, plan=None, halt=None)
-    if route.miss <= _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest:
+    tolerance = _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest
+    if route.miss <= max(tolerance, _WORTH_A_TRY):
         return replace(state, tried=np.vstack([state.tried, end]))
     # Where something was touched is a guess, and worth more tries.
     tries = _TOUCHED_TRIES if len(state.map.touched) else 1

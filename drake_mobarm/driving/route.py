@@ -26,7 +26,7 @@ _BESIDE = 1.5
 _BLOCK = 2.0
 _HORIZON = 60.0
 # No way ends this near to a place that was tried [m].
-_TRIED = 0.2
+_TRIED = 0.3
 # Where no way ends near enough, ends that are this much farther off than the
 # nearest [m] are as good as that.
 _AS_NEAR = 0.2

@@ -70,10 +70,11 @@ class TargetLaw(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class _Memory(Immutable):
-    """What the estimator remembers: of the poses, and its law's state."""
+    """What it remembers: poses, the law's state, and the last reading."""
 
     poses: PoseHistory
     law: Any
+    reading: tuple[float, float] = (math.nan, math.nan)
 
 
 class TargetEstimator(LeafSystem):
@@ -95,7 +96,8 @@ class TargetEstimator(LeafSystem):
     - arrived (1): 1 where the law's arrival conditions hold.
 
     A reading that is marked invalid, is not finite, or has a strength that no
-    beacon has, changes nothing; nor does any while the pose is dropped. Where
+    beacon has, changes nothing; nor does one that is the last one once more,
+    as its sensor hangs, nor any while the pose is dropped. Where
     the pose has jumped for good the law begins anew.
 
     No direct feedthrough.
@@ -153,6 +155,7 @@ class TargetEstimator(LeafSystem):
             memory = self._law.initial_state()
         heard = (
             valid > 0.5
+            and (angle, rssi) != last.reading
             and math.isfinite(angle)
             and is_possible_strength(rssi, self._calibration)
         )
@@ -165,7 +168,7 @@ class TargetEstimator(LeafSystem):
                 float(self._calibration.distance(rssi)),
             )
         state.get_mutable_abstract_state(int(self._memory)).set_value(
-            _Memory(poses, memory)
+            _Memory(poses, memory, (angle, rssi))
         )
         target = self._law.estimate(memory)
         arrived = usable and self._law.arrived(memory, np.array(pose[:2]))

@@ -144,3 +144,18 @@ def test_an_impossible_pose_in_a_house_is_survived(avoidance):
         result = run(scenario, seed=1, blocks={"odometry": odometry})
         assert result.success
         assert np.isfinite(result.trace["commanded_base_velocity"]).all()
+
+
+def test_a_sensor_that_hangs_makes_no_false_arrival():
+    # From 5 s on it tells the same reading, however the robot turns.
+    scenario = open_space("start=[0, 0, 0.5]", "beacon=[5, 3]", "time_limit=60")
+    told = []
+
+    def hang(*reading):
+        told.append(told[0] if told else reading)
+        return told[0]
+
+    beacon = FaultyBeacon(scenario, between(5, ALWAYS, hang))
+    result = run(scenario, seed=0, blocks={"beacon": beacon})
+    assert len(told) > 100
+    assert arrivals_error(result) < FALSE_ARRIVAL

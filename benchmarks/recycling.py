@@ -5,6 +5,7 @@ diagrams fills the memory; and a fuzz has to outlive what it makes crash.
 """
 
 import multiprocessing
+import multiprocessing.util
 import resource
 import signal
 from collections.abc import Callable, Mapping
@@ -35,6 +36,8 @@ class _Child:
             multiprocessing.set_start_method("spawn", force=True)
             spawn = multiprocessing.get_context("spawn")
             cls.pool = ProcessPoolExecutor(1, spawn, initializer=_limit)
+            # A worker that ends would wait for its child for ever.
+            multiprocessing.util.Finalize(None, cls.end, exitpriority=10)
         cls.trials += 1
         return cls.pool
 

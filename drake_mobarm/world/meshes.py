@@ -134,8 +134,8 @@ def _box(corners: Array) -> MeshPart:
     try:
         with np.errstate(all="ignore"):
             X_PM, size = trimesh.bounds.oriented_bounds(corners)
-    # All corners are on one line.
-    except Exception:
+    # All corners are on one line, or fewer than three: it does not expect so.
+    except (TypeError, IndexError, QhullError):
         size = np.ptp(corners, axis=0)
         X_PM = np.eye(4)
         X_PM[:3, 3] = -(corners.min(axis=0) + size / 2)

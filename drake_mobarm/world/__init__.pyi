@@ -1,3 +1,5 @@
+from .floor_plan import FloorPlan as FloorPlan
+from .floor_plan import adaptive_grid_size as adaptive_grid_size
 from .obstacles import Obstacle as Obstacle
 from .occupancy import OccupancyGrid as OccupancyGrid
 from .places import Place as Place

@@ -47,7 +47,8 @@ def check_places(world: World, places: Sequence[Place]) -> None:
                 f"{place.name} {list(place.value)} is further than "
                 f"{FARTHEST / 1000:g} km from the origin"
             )
-    footprint, walled = _floor(world)
+    footprint = _footprint(world)
+    walled = floor_within_walls(world)
     for place in places:
         room = float(clearance(footprint, np.array(place.value[:2])))
         if room <= (RADIUS if place.robot else 0.0):
@@ -68,16 +69,24 @@ def check_places(world: World, places: Sequence[Place]) -> None:
 
 
 @lru_cache(maxsize=16)
-def _floor(world: World) -> tuple[list[Array], shapely.Geometry]:
-    """A world's outlines, and the floor within its walls.
+def floor_within_walls(
+    world: World, heights: tuple[float, float] = HEIGHTS
+) -> shapely.Geometry:
+    """The floor within a world's walls, with what stands on it.
 
     Walls are whatever closes off a room's worth of floor from outside; where
     there are none, all of the floor is within.
+
+    Args:
+        world: the building.
+        heights: between which something has to stand to be a wall [m].
+
+    Returns:
+        An area of W [m].
     """
-    footprint = outlines(world.obstacles, *HEIGHTS)
     grown = [
         shapely.buffer(shapely.polygons(o), _GAP / 2, join_style="mitre")
-        for o in footprint
+        for o in outlines(world.obstacles, *heights)
     ]
     standing = shapely.get_parts(shapely.union_all(grown))
     closed_off = sum(
@@ -87,6 +96,11 @@ def _floor(world: World) -> tuple[list[Array], shapely.Geometry]:
     )
     if closed_off <= _ROOM_AREA:
         far = 2 * FARTHEST
-        return footprint, shapely.box(-far, -far, far, far)
+        return shapely.box(-far, -far, far, far)
     filled = [shapely.polygons(part.exterior) for part in standing]
-    return footprint, shapely.union_all(filled)
+    return shapely.union_all(filled)
+
+
+@lru_cache(maxsize=16)
+def _footprint(world: World) -> list[Array]:
+    return outlines(world.obstacles, *HEIGHTS)

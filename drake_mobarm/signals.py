@@ -61,6 +61,16 @@ BestStand = namedview(
 """Where to stand, X_WB [m, m, rad], the arm's joints there [rad], what it is
 worth (4.12) [-], and 1 where there is such a place (0: the others are NaN)."""
 
+NavigationForces = namedview(
+    "NavigationForces",
+    [
+        f"{force}_{axis}"
+        for force in ("attraction", "repulsion", "highway")
+        for axis in "xy"
+    ],
+)
+"""The forces of a potential field at the robot, in W [1/m]."""
+
 GroundTruth = namedview(
     "GroundTruth", ["x", "y", "yaw", "v", "w", "touching", "contacts"]
 )
@@ -79,6 +89,7 @@ SIGNALS = {
     "waypoint": Waypoint,
     "given_up": GivenUp,
     "best_stand": BestStand,
+    "navigation_forces": NavigationForces,
     "ground_truth": GroundTruth,
 }
 """The elements of each signal that has always the same ones, by its name."""

@@ -1,5 +1,7 @@
 """Brushes for Meshcat, live or recorded: light, markers, arrows, paths."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.geometry import Cylinder, Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -17,6 +19,7 @@ HIDDEN = RigidTransform([0.0, 0.0, -10.0])
 """Where things are that are not to be seen."""
 
 _ARROW = 0.3
+_RIBBON = 0.06
 
 
 def light_stage(meshcat: Meshcat) -> None:
@@ -26,6 +29,19 @@ def light_stage(meshcat: Meshcat) -> None:
     meshcat.SetProperty("/Lights/AmbientLight/<object>", "intensity", 1.1)
     meshcat.SetProperty("/Background", "top_color", [0.88, 0.90, 0.93])
     meshcat.SetProperty("/Background", "bottom_color", [0.97, 0.97, 0.98])
+
+
+def frame_places(
+    meshcat: Meshcat, start: Sequence[float], end: Sequence[float]
+) -> None:
+    """Sets the camera so that two places in W [m], (2,), are well in view."""
+    a, b = np.array(start), np.array(end)
+    middle = (a + b) / 2
+    reach = max(float(np.abs(a - b).max()), 4.0)
+    meshcat.SetCameraPose(
+        [middle[0], middle[1] - 0.42 * reach, 0.62 * reach],
+        [middle[0], middle[1] - 0.06 * reach, 0.0],
+    )
 
 
 def draw_arrow(
@@ -73,3 +89,23 @@ def draw_path_piece(
     meshcat.SetTransform(path, RigidTransform(turn, [*middle, 0.02]))
     meshcat.SetProperty(path, "visible", False, 0.0)
     meshcat.SetProperty(path, "visible", True, time)
+
+
+def draw_ribbon(
+    meshcat: Meshcat, path: str, corners: Array, color: Rgba
+) -> None:
+    """A flat band on the floor along corners p_WQ in W [m], (k, 2)."""
+    steps = np.diff(corners, axis=0)
+    length = np.hypot(steps[:, 0], steps[:, 1])
+    long = length > 0
+    start, end = corners[:-1][long], corners[1:][long]
+    side = _RIBBON / 2 * steps[long] / length[long, None] @ [[0, 1], [-1, 0]]
+    if not len(side):
+        return
+    sheet = np.stack([start + side, start - side, end - side, end + side], 1)
+    vertices = np.column_stack(
+        [sheet.reshape(-1, 2), np.full(4 * len(side), 0.03)]
+    )
+    first = 4 * np.arange(len(side))[:, None, None]
+    faces = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    meshcat.SetTriangleMesh(path, vertices.T, faces.T, color)

@@ -26,6 +26,7 @@ from drake_mobarm.driving.gaps import (
     clearance_ahead,
     unit,
 )
+from drake_mobarm.driving.known_floor import KnownFloor
 from drake_mobarm.driving.map_avoidance_state import (
     Halt,
     MapAvoidanceParameters,
@@ -97,6 +98,7 @@ def update(
     range_max: float,
     period: float,
     parameters: MapAvoidanceParameters,
+    known: KnownFloor | None = None,
 ) -> MapAvoidanceState:
     """Takes in one scan, and decides where to drive.
 
@@ -108,6 +110,7 @@ def update(
         range_max: the lidar's longest range [m], which means "no return".
         period: from one scan to the next [s].
         parameters: how to drive.
+        known: the floor that a plan of the building shows, if there is one.
 
     Returns:
         The state with the waypoint and speed limit to drive with. Where pose,
@@ -121,8 +124,11 @@ def update(
     if not usable.all() or missing > _MISSING_RAYS:
         return _wait(state, "wait")
     position = np.array([x, y])
+    if state.plan_is_wrong:
+        known = None
     # Where something was touched is a guess: the way avoids it, no more.
-    scan = Scan.from_ranges(position, yaw, scanned, range_max, no_places())
+    remembered = no_places() if known is None else known.near(position)
+    scan = Scan.from_ranges(position, yaw, scanned, range_max, remembered)
     moved = 0.0
     if state.target is not None:
         share = min(period / parameters.smoothing_time, 1.0)
@@ -142,8 +148,9 @@ def update(
         return _back_off(state, scan, period, parameters)
     if state.shut is not None:
         return _wait(state, "give up")
-    plan = _plan(state, scan, period, parameters)
-    return _drive(replace(state, plan=plan), plan, scan, period, parameters)
+    plan = _plan(state, scan, period, parameters, known)
+    state = replace(state, plan=plan)
+    return _drive(state, plan, scan, period, parameters, known)
 
 
 def _wait(state: MapAvoidanceState, activity: str) -> MapAvoidanceState:
@@ -233,6 +240,7 @@ def _plan(
     scan: Scan,
     period: float,
     parameters: MapAvoidanceParameters,
+    known: KnownFloor | None,
 ) -> Plan:
     """The last plan where it still holds, or a new one."""
     target = state.target
@@ -241,15 +249,20 @@ def _plan(
         plan = replace(state.plan, age=state.plan.age + period)
         if _holds(plan, target, scan, parameters):
             return plan
-    route = find_route(
-        state.map.points(),
-        scan.position,
-        target,
-        _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest,
-        parameters.route,
-        tried=state.tried,
-        last=None if state.plan is None else state.plan.route,
-    )
+    tolerance = _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest
+    last = None if state.plan is None else state.plan.route
+    points, here, tried = state.map.points(), scan.position, state.tried
+    cost = parameters.route
+    route = None
+    if known is not None:
+        extra = known.unknown(points)
+        route = known.find_route(
+            extra, here, target, tolerance, cost, tried=tried, last=last
+        )
+    if route is None:
+        route = find_route(
+            points, here, target, tolerance, cost, tried=tried, last=last
+        )
     return Plan(route, target)
 
 
@@ -272,6 +285,7 @@ def _drive(
     scan: Scan,
     period: float,
     parameters: MapAvoidanceParameters,
+    known: KnownFloor | None,
 ) -> MapAvoidanceState:
     """Heads for the target or along the way, and sees whether it gets on."""
     route, radius = plan.route, RADIUS + parameters.margin
@@ -295,7 +309,7 @@ def _drive(
     if halt.time < parameters.patience:
         return state
     if at_end:
-        return _try_another(state, route, parameters)
+        return _try_another(state, route, parameters, known)
     if limit < _PINCHED_SPEED:
         # Too narrow for the robot: that place is shut from now on.
         room = min(scan.free_length(angle, radius), _PINCHED_AHEAD)
@@ -364,6 +378,7 @@ def _try_another(
     state: MapAvoidanceState,
     route: Route,
     parameters: MapAvoidanceParameters,
+    known: KnownFloor | None,
 ) -> MapAvoidanceState:
     """What to do at the end of a way where nothing came of waiting."""
     target, end = state.target, route.places[-1]
@@ -372,6 +387,8 @@ def _try_another(
     tolerance = _NEAR_ENOUGH + _ESTIMATE_ERROR * state.closest
     if route.miss <= max(tolerance, _WORTH_A_TRY):
         return replace(state, tried=np.vstack([state.tried, end]))
+    if known is not None:
+        return replace(state, tried=no_places(), plan_is_wrong=True)
     # Where something was touched is a guess, and worth more tries.
     tries = _TOUCHED_TRIES if len(state.map.touched) else 1
     if state.forgotten < tries * parameters.forgetting:

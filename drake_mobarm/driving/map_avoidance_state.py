@@ -123,6 +123,8 @@ class MapAvoidanceState(Immutable):
         recovery: from touching something unseen.
         halt: of no progress; None before one.
         tried: ends of ways at which nothing came of waiting [m], (n, 2).
+        plan_is_wrong: whether no way over the plan of the building leads to
+            the target, and the robot goes on without the plan.
         forgotten: how often all that was seen was forgotten [-].
         shut: p_WP of what shuts the last way [m], (2,), once it gives up.
     """
@@ -138,6 +140,7 @@ class MapAvoidanceState(Immutable):
     recovery: Recovery = field(default_factory=Recovery)
     halt: Halt | None = None
     tried: Array = field(default_factory=no_places)
+    plan_is_wrong: bool = False
     forgotten: int = 0
     shut: Array | None = None
 

@@ -1,5 +1,6 @@
 """The cheapest way of a round robot among points, by Dijkstra on a lattice."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,7 +20,8 @@ from drake_mobarm.robot.shape import RADIUS
 # Edge length [m] of the cells that points are sorted into, to measure
 # clearances; the lattice's places are every second of them.
 _CELL = 0.05
-_SPACING = 2 * _CELL
+SPACING = 2 * _CELL
+"""From a place of a lattice to the next one along an axis [m]."""
 # How far beyond all points the lattice reaches [m]: wide enough to pass them.
 _BESIDE = 1.5
 # It is made of blocks of this size [m], and ends this far from the start [m].
@@ -124,18 +126,39 @@ def find_route(
             one costs nearly the same.
     """
     lattice, clearance = _clearances(points, start, target)
-    places = lattice.places()
+    floor = Floor(
+        lattice.places(),
+        clearance,
+        lattice_links(*lattice.shape),
+        lattice.nearest,
+    )
+    return cheapest_way(
+        floor, start, target, tolerance, parameters, tried=tried, last=last
+    )
+
+
+def cheapest_way(
+    floor: "Floor",
+    start: Array,
+    target: Array,
+    tolerance: float,
+    parameters: RouteParameters,
+    *,
+    tried: Array,
+    last: Route | None = None,
+) -> Route:
+    """The cheapest way over the places of a floor; see `find_route`."""
+    places, clearance, links = floor.places, floor.clearance, floor.links
     cost = _place_costs(clearance, parameters)
     shut = np.isinf(cost)
     cost[shut & (lengths(places - start) < _LEAVE)] = 1 + parameters.tight_cost
-    links = _links(*lattice.shape)
     weights = links.lengths * (cost[links.rows] + cost[links.columns]) / 2
     graph = csr_array(
         (weights, links.columns, links.row_starts),
         shape=(cost.size, cost.size),
     )
     way, before = dijkstra(
-        graph, indices=int(lattice.nearest(start)), return_predecessors=True
+        graph, indices=int(floor.nearest(start)), return_predecessors=True
     )
     miss = lengths(places - target)
     total = way + parameters.miss_cost * miss
@@ -154,7 +177,7 @@ def find_route(
     if last is None:
         return route
     here = int(np.argmin(lengths(last.places - start)))
-    numbers = lattice.nearest(last.places[here:])
+    numbers = floor.nearest(last.places[here:])
     rest = Route(places[numbers], clearance[numbers], float(miss[numbers[-1]]))
     steps = lengths(np.diff(rest.places, axis=0))
     rest_cost = (
@@ -225,6 +248,24 @@ def place_ahead(
 
 
 @dataclass(frozen=True, eq=False)
+class Floor:
+    """Places that a way can lead over.
+
+    Attributes:
+        places: p_WQ [m], (n, 2).
+        clearance: from there to the nearest thing [m], (n,).
+        links: from each place to those beside it.
+        nearest: gives the numbers (...) of the places that are nearest to
+            others, (..., 2).
+    """
+
+    places: Array
+    clearance: Array
+    links: "Links"
+    nearest: Callable[[Array], NDArray[np.int_]]
+
+
+@dataclass(frozen=True, eq=False)
 class _Lattice:
     """Places (ny, nx) of a lattice, numbered along x first."""
 
@@ -233,14 +274,14 @@ class _Lattice:
 
     def places(self) -> Array:
         ny, nx = self.shape
-        x = self.origin[0] + _SPACING * np.arange(nx)
-        y = self.origin[1] + _SPACING * np.arange(ny)
+        x = self.origin[0] + SPACING * np.arange(nx)
+        y = self.origin[1] + SPACING * np.arange(ny)
         return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
 
     def nearest(self, places: Array) -> NDArray[np.int_]:
         """The numbers (...) of the places nearest to others, (..., 2)."""
         ny, nx = self.shape
-        steps = np.rint((places - self.origin) / _SPACING).astype(int)
+        steps = np.rint((places - self.origin) / SPACING).astype(int)
         columns, rows = np.moveaxis(steps, -1, 0)
         numbers: NDArray[np.int_] = np.clip(rows, 0, ny - 1) * nx + np.clip(
             columns, 0, nx - 1
@@ -249,8 +290,15 @@ class _Lattice:
 
 
 @dataclass(frozen=True, eq=False)
-class _Links:
-    """The lattice's links, as a sparse matrix's rows hold them."""
+class Links:
+    """Links of places, as a sparse matrix's rows hold them.
+
+    Attributes:
+        row_starts: where each place's links begin, (n + 1,).
+        rows: the place that each starts from, (k,).
+        columns: the place that each leads to, (k,).
+        lengths: of each [m], (k,).
+    """
 
     row_starts: NDArray[np.int32]
     rows: NDArray[np.int32]
@@ -259,7 +307,7 @@ class _Links:
 
 
 @lru_cache(maxsize=8)
-def _links(ny: int, nx: int) -> _Links:
+def lattice_links(ny: int, nx: int) -> Links:
     """The links of each place to the eight around it [m]."""
     numbers = np.pad(np.arange(ny * nx).reshape(ny, nx), 1, constant_values=-1)
     steps = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if dy or dx]
@@ -271,9 +319,9 @@ def _links(ny: int, nx: int) -> _Links:
         axis=1,
     )
     there = beside >= 0
-    distances = _SPACING * np.hypot(*np.array(steps).T)
+    distances = SPACING * np.hypot(*np.array(steps).T)
     count = there.sum(axis=1)
-    return _Links(
+    return Links(
         row_starts=np.concatenate([[0], count.cumsum()]).astype(np.int32),
         rows=np.arange(ny * nx, dtype=np.int32).repeat(count),
         columns=beside[there].astype(np.int32),
@@ -295,7 +343,7 @@ def _clearances(
     low = np.floor((around.min(axis=0) - _BESIDE) / _BLOCK) * _BLOCK
     high = around.max(axis=0) + _BESIDE
     blocks = np.ceil((high - low) / _BLOCK)
-    nx, ny = np.rint(blocks * (_BLOCK / _SPACING)).astype(int) + 1
+    nx, ny = np.rint(blocks * (_BLOCK / SPACING)).astype(int) + 1
     lattice = _Lattice(low, (int(ny), int(nx)))
     taken = np.zeros((2 * ny, 2 * nx), dtype=bool)
     column, row = np.rint((points - low) / _CELL).astype(int).T

@@ -17,6 +17,8 @@ class ControllerParameters:
             robot that can brake at a stops on the target where this is
             2 a / v or less: 1.97 for the station's base from 1 m/s.
         angular_gain: turn rate per heading error [1/s], positive.
+        turn_deceleration: with which turning ends on the heading at the most
+            [rad/s^2], positive; above what the base can do, it turns too far.
         alignment: the heading error [rad] at which driving stops and only
             turning is left, in (0, pi].
         search_turn_rate: turn rate while there is nowhere to drive to
@@ -25,6 +27,7 @@ class ControllerParameters:
 
     linear_gain: float = 1.5
     angular_gain: float = 3.0
+    turn_deceleration: float = 1e6
     alignment: float = 0.8
     search_turn_rate: float = 0.5
 
@@ -33,6 +36,7 @@ class ControllerParameters:
             self,
             "linear_gain",
             "angular_gain",
+            "turn_deceleration",
             "search_turn_rate",
         )
         within(self, "(0, pi]", "alignment")
@@ -72,7 +76,12 @@ def drive_to(
     if distance == 0.0:
         return 0.0, 0.0  # No direction to turn to.
     error = float(wrap_angle(math.atan2(dy, dx) - yaw))
-    turn = min(max(parameters.angular_gain * error, -limit), limit)
+    rate = min(
+        parameters.angular_gain * abs(error),
+        math.sqrt(2 * parameters.turn_deceleration * abs(error)),
+        limit,
+    )
+    turn = math.copysign(rate, error)
     # 1 when facing the target, 0 from `alignment` on, flat at both ends.
     facing = min(abs(error) / parameters.alignment, 1.0)
     ease = 0.5 * (1 + math.cos(math.pi * facing))

@@ -14,6 +14,7 @@ from drake_mobarm.drawing.stage import (
     HIDDEN,
     draw_marker,
     draw_path_piece,
+    frame_places,
     light_stage,
 )
 from drake_mobarm.homing.job import HomingScenario
@@ -26,13 +27,7 @@ _SEGMENT = 0.10
 def set_stage(meshcat: Meshcat, scenario: HomingScenario) -> None:
     """Even light, no grid, and start and beacon both well in view."""
     light_stage(meshcat)
-    a, b = np.array(scenario.start[:2]), np.array(scenario.beacon)
-    middle = (a + b) / 2
-    reach = max(float(np.abs(a - b).max()), 4.0)
-    meshcat.SetCameraPose(
-        [middle[0], middle[1] - 0.42 * reach, 0.62 * reach],
-        [middle[0], middle[1] - 0.06 * reach, 0.0],
-    )
+    frame_places(meshcat, scenario.start[:2], scenario.beacon)
 
 
 class HomingView(LeafSystem):

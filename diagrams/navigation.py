@@ -1,0 +1,274 @@
+"""Navigation: a target, a planner, and the pose they go by; on the station."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+
+import numpy as np
+from pydrake.geometry import Meshcat
+from pydrake.systems.framework import Diagram, System
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    MatrixGain,
+    Multiplexer,
+)
+
+from drake_mobarm.checks import require
+from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
+from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
+from drake_mobarm.driving.known_floor import KnownFloor
+from drake_mobarm.homing.filter import FilterEstimator, FilterParameters
+from drake_mobarm.homing.systems import TargetEstimator
+from drake_mobarm.job import spawn_seeds
+from drake_mobarm.navigation.field_planner import (
+    EscapePlanner,
+    FieldPlanner,
+    HighwayPlanner,
+)
+from drake_mobarm.navigation.highway import Highway, build_highway
+from drake_mobarm.navigation.job import NavigationParameters, NavigationScenario
+from drake_mobarm.navigation.map_planner import MapPlanner
+from drake_mobarm.navigation.planner import PlannerLaw
+from drake_mobarm.navigation.systems import NavigationPlanner
+from drake_mobarm.navigation.view import NavigationView
+from drake_mobarm.robot.shape import ANTENNA_POSITION, RADIUS
+from drake_mobarm.sensors.beacon import Beacon
+from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
+from drake_mobarm.signals import sizes
+from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
+from drake_mobarm.world.floor_plan import FloorPlan, adaptive_grid_size
+from drake_mobarm.world.occupancy import OccupancyGrid
+from drake_mobarm.world.sdf import load_world
+
+NAVIGATION_BLOCKS = ("estimator", "planner")
+"""The blocks that a user may exchange, besides the station's; "estimator" is
+there with a beacon."""
+
+
+def build_job(
+    parameters: NavigationParameters,
+    *,
+    station: StationParameters,
+    plan: FloorPlan | None,
+    seed: int = 0,
+    calibration: RssiModel | None = None,
+    blocks: Mapping[str, System] = NO_BLOCKS,
+) -> Diagram:
+    """Wires navigation without a robot.
+
+    Args:
+        parameters: how the robot finds its way.
+        station: what is known of the robot's sensors.
+        plan: the floor plan that it is given, if any.
+        seed: of the highway's points.
+        calibration: of the RSSI of the beacon that is the target; without
+            one, the target is known.
+        blocks: systems in the places of some of `NAVIGATION_BLOCKS`.
+
+    Returns:
+        A diagram with the inputs `measured_base_pose` (PlanarPose),
+        `lidar_ranges` (rays), and `beacon_reading` (BeaconReading), or
+        `estimated_target` (TargetEstimate) where the target is known; and the
+        outputs `commanded_base_velocity` (BaseVelocity), `arrived` (1),
+        `given_up` (GivenUp), `navigation_forces` (NavigationForces),
+        `planned_paths` (abstract), and `estimated_target` with a beacon.
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+        ParameterError: the planner needs a floor plan, and there is none.
+    """
+    wiring = Wiring(blocks)
+    inputs = {"lidar_ranges": station.lidar.rays} | sizes("measured_base_pose")
+    outputs = [
+        "commanded_base_velocity",
+        "arrived",
+        "given_up",
+        "navigation_forces",
+        "planned_paths",
+    ]
+    if calibration is None:
+        inputs |= sizes("estimated_target")
+    else:
+        inputs |= sizes("beacon_reading")
+        outputs.append("estimated_target")
+        model = calibration
+        wiring.add(
+            "estimator",
+            lambda: TargetEstimator(
+                FilterEstimator(FilterParameters()),
+                model,
+                np.array(ANTENNA_POSITION),
+                station.beacon.rate,
+                PROCESSING_DELAY,
+            ),
+            sizes("estimated_target"),
+        )
+    wiring.add(
+        "planner",
+        lambda: NavigationPlanner(
+            make_law(parameters, station, plan, seed),
+            station.lidar,
+            PROCESSING_DELAY,
+        ),
+        sizes("commanded_base_velocity", "given_up", "navigation_forces")
+        | {"arrived": 1, "planned_paths": None},
+    )
+    wiring.export(*outputs)
+    return wiring.build("navigation", inputs=inputs)
+
+
+def make_law(
+    parameters: NavigationParameters,
+    station: StationParameters,
+    plan: FloorPlan | None,
+    seed: int,
+) -> PlannerLaw:
+    """The planner's law that a scenario asks for.
+
+    Raises:
+        ParameterError: it needs a floor plan, and there is none.
+    """
+    lidar, field = station.lidar, (parameters.potential, parameters.steering)
+    if parameters.planner == "ours":
+        return MapPlanner(
+            parameters.map,
+            parameters.controller,
+            lidar,
+            station.base_drive.speed_limit,
+            parameters.arrival_distance,
+            parameters.may_reverse,
+            None if plan is None else known_floor(plan),
+        )
+    if parameters.planner == "apf":
+        return FieldPlanner(*field, lidar)
+    if parameters.planner == "apf_escape":
+        return EscapePlanner(*field, lidar, parameters.escape)
+    require(plan is not None, "floor_plan", "none", "a plan for apf_hw")
+    assert plan is not None
+    grid, highway = make_highway(parameters, plan, seed)
+    return HighwayPlanner(*field, lidar, highway, parameters.pull, grid)
+
+
+def make_highway(
+    parameters: NavigationParameters, plan: FloorPlan, seed: int
+) -> tuple[OccupancyGrid, Highway]:
+    """The squares of a floor plan, and the highway over them."""
+    size = parameters.grid_size or adaptive_grid_size(
+        plan.grid(plan.resolution, RADIUS)
+    )
+    grid = plan.grid(size, RADIUS)
+    rng = np.random.default_rng([seed, 3])
+    return grid, build_highway(grid, parameters.highway, rng)
+
+
+@lru_cache(maxsize=4)
+def known_floor(plan: FloorPlan) -> KnownFloor:
+    """The floor of a plan, worked out once."""
+    return KnownFloor(plan.grid(plan.resolution, 0.0))
+
+
+@lru_cache(maxsize=8)
+def load_plan(world: str, meshes: str, floor_plan: str) -> FloorPlan | None:
+    """The floor plan that a scenario gives the robot, if any."""
+    if floor_plan == "none":
+        return None
+    return FloorPlan.from_world(load_world(world, meshes))
+
+
+def build(
+    scenario: NavigationScenario,
+    *,
+    seed: int = 0,
+    meshcat: Meshcat | None = None,
+    blocks: Mapping[str, System] = NO_BLOCKS,
+) -> Diagram:
+    """Wires navigation on the station, with logs and, if asked, a view.
+
+    Args:
+        scenario: what to build.
+        seed: of the run; here, of the highway's points and of the samples
+            that the beacon's calibration is fitted from. All other noise is
+            seeded in the context.
+        meshcat: where to draw the run, if anywhere.
+        blocks: systems in the places of some of `NAVIGATION_BLOCKS` or of the
+            station's blocks.
+
+    Returns:
+        A diagram with the outputs `done` (1), which ends a run, `arrived` (1)
+        and `given_up` (GivenUp), and a VectorLogSink for each signal of its
+        trace.
+
+    Raises:
+        BlockError: a block's ports do not fit, or its name is unknown.
+        ParameterError: the planner needs a floor plan, and there is none.
+    """
+    of_job, of_station = split_blocks(blocks, NAVIGATION_BLOCKS, STATION_BLOCKS)
+    built_seed, _ = spawn_seeds(seed)
+    hears = scenario.target_from == "beacon"
+    antenna = scenario.station.beacon
+    calibration = calibrate(
+        BEACONS[antenna.model],
+        scenario.calibration_noise,
+        np.random.default_rng(built_seed),
+    )
+    plan = load_plan(scenario.world, scenario.meshes, scenario.floor_plan)
+    wiring = Wiring()
+    wiring.add(
+        "station",
+        lambda: build_station(
+            load_world(scenario.world, scenario.meshes),
+            scenario.start,
+            scenario.station,
+            Beacon(position=scenario.target, noise=scenario.noise)
+            if hears
+            else None,
+            of_station,
+        ),
+    )
+    if not hears:
+        wiring.add_primitive(
+            "target",
+            ConstantVectorSource([*scenario.target, 1.0]),
+            "estimated_target",
+        )
+    wiring.add(
+        "job",
+        lambda: build_job(
+            scenario,
+            station=scenario.station,
+            plan=plan,
+            seed=built_seed,
+            calibration=calibration if hears else None,
+            blocks=of_job,
+        ),
+    )
+    wiring.add_primitive(
+        "stow",
+        ConstantVectorSource([*scenario.station.stowed, *np.zeros(6)]),
+        "desired_arm_state",
+    )
+    wiring.add_primitive(
+        "endings", Multiplexer([1, 3]), "endings", ["arrived", "given_up"]
+    )
+    wiring.add_primitive(
+        "ending", MatrixGain([[1.0, 1.0, 0.0, 0.0]]), "done", ["endings"]
+    )
+    wiring.export("done", "arrived", "given_up")
+    wiring.log(
+        "ground_truth",
+        "measured_base_pose",
+        "estimated_target",
+        "navigation_forces",
+        "commanded_base_velocity",
+    )
+    if meshcat is not None:
+        highway = None
+        if scenario.planner == "apf_hw" and plan is not None:
+            _, highway = make_highway(scenario, plan, built_seed)
+        wiring.add(
+            "view",
+            lambda: NavigationView(
+                meshcat, scenario.target, scenario.station.lidar, highway
+            ),
+        )
+        wiring.add_visualizer(meshcat)
+    return wiring.build("navigation")

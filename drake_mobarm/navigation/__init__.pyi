@@ -1,0 +1,14 @@
+from .field_planner import EscapePlanner as EscapePlanner
+from .field_planner import FieldPlanner as FieldPlanner
+from .field_planner import HighwayPlanner as HighwayPlanner
+from .highway import Highway as Highway
+from .highway import HighwayParameters as HighwayParameters
+from .highway import build_highway as build_highway
+from .job import NavigationParameters as NavigationParameters
+from .job import NavigationScenario as NavigationScenario
+from .map_planner import MapPlanner as MapPlanner
+from .planner import Forces as Forces
+from .planner import PlannerLaw as PlannerLaw
+from .planner import PlannerState as PlannerState
+from .potential import PotentialParameters as PotentialParameters
+from .systems import NavigationPlanner as NavigationPlanner

@@ -1,0 +1,102 @@
+"""What a lidar's scan shows as squares that repel, and what it lets be seen.
+
+Section 3.3.4: readings are clustered into obstacles, and a point is in sight
+where the reading in its direction is longer than the way to it.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from drake_mobarm.driving.scan import fill_missing
+from drake_mobarm.geometry import Array, wrap_angle
+from drake_mobarm.robot.shape import RADIUS
+from drake_mobarm.sensors.lidar import ray_angles
+
+SQUARE = 0.1
+"""Edge length of the squares that a scan's points are gathered in [m]."""
+
+# A range this near to the lidar's longest [m] is "no return".
+_NO_RETURN = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class ScanSquares:
+    """The squares that a scan's points lie in.
+
+    Attributes:
+        centres: the mean of each square's points, p_BS_W from the robot in
+            W's axes [m], (n, 2).
+        ranges: of the scan, missing ones filled in [m], (rays,).
+        yaw: of the robot in W [rad].
+    """
+
+    centres: Array
+    ranges: Array
+    yaw: float
+
+    @classmethod
+    def from_ranges(cls, yaw: float, ranges: Array, range_max: float) -> Self:
+        """The squares of a scan.
+
+        Args:
+            yaw: of the robot in W [rad].
+            ranges: [m], (rays,), in the order of `ray_angles`; NaN where
+                missing, `range_max` where nothing is met.
+            range_max: the longest range of the lidar [m].
+        """
+        distances = fill_missing(ranges)
+        met = distances < range_max - _NO_RETURN
+        angles = yaw + ray_angles(ranges.size)[met]
+        points = distances[met, None] * np.column_stack(
+            [np.cos(angles), np.sin(angles)]
+        )
+        cells = np.floor(points / SQUARE).astype(int)
+        _, square = np.unique(cells, axis=0, return_inverse=True)
+        square = square.reshape(-1)
+        count = np.bincount(square)
+        sums = [np.bincount(square, weights=points[:, k]) for k in (0, 1)]
+        centres = np.column_stack(sums) / np.maximum(count, 1)[:, None]
+        return cls(centres, distances, yaw)
+
+    def readings(self, ways: Array) -> Array:
+        """The reading in the direction of each way p_BQ_W, (m, 2) [m], (m,)."""
+        step = 2 * np.pi / self.ranges.size
+        bearing = np.arctan2(ways[:, 1], ways[:, 0]) - self.yaw
+        ray = np.rint((wrap_angle(bearing) + np.pi) / step).astype(int)
+        found: Array = self.ranges[ray % self.ranges.size]
+        return found
+
+    def sees(self, ways: Array) -> NDArray[np.bool_]:
+        """Which places are in sight (section 3.3.4), (m,).
+
+        Args:
+            ways: p_BQ_W, from the robot to the places [m], (m, 2).
+        """
+        distance = np.hypot(ways[:, 0], ways[:, 1])
+        seen: NDArray[np.bool_] = self.readings(ways) > distance
+        return seen
+
+
+def cluster(squares: Array, gap: float = 2 * RADIUS) -> NDArray[np.int_]:
+    """Numbers the obstacles that squares belong to, (n,).
+
+    Args:
+        squares: centres [m], (n, 2).
+        gap: squares nearer to each other than this are of one obstacle [m]:
+            the robot cannot pass between them.
+    """
+    count = len(squares)
+    if count == 0:
+        return np.zeros(0, dtype=int)
+    pairs = KDTree(squares).query_pairs(gap, output_type="ndarray")
+    links = coo_array(
+        (np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count)
+    )
+    _, numbers = connected_components(links, directed=False)
+    return np.asarray(numbers, dtype=int)

@@ -1,0 +1,122 @@
+"""Navigation as a LeafSystem."""
+
+import numpy as np
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
+
+from drake_mobarm.navigation.planner import PlannerLaw, PlannerState
+from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.signals import (
+    BaseVelocity,
+    GivenUp,
+    NavigationForces,
+    PlanarPose,
+    TargetEstimate,
+    size,
+)
+
+
+class NavigationPlanner(LeafSystem):
+    """Drives to the target by a planner's law.
+
+    .. pydrake_system::
+
+        name: NavigationPlanner
+        input_ports:
+        - measured_base_pose
+        - estimated_target
+        - lidar_ranges
+        output_ports:
+        - commanded_base_velocity
+        - arrived
+        - given_up
+        - navigation_forces
+        - planned_paths
+
+    - measured_base_pose (3): PlanarPose in W.
+    - estimated_target (3): TargetEstimate in W.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - commanded_base_velocity (2): BaseVelocity in B.
+    - arrived (1): 1 once the robot is at the target; it stays there.
+    - given_up (3): GivenUp, with the place of what shuts the way.
+    - navigation_forces (6): NavigationForces in W; 0 for a law without them.
+    - planned_paths: abstract, a tuple of the corners p_WQ of each way that the
+      robot is led along [m], (k, 2) each.
+
+    Direct feedthrough of the pose to the velocity alone.
+
+    Args:
+        law: of the planner.
+        lidar: whose ranges these are.
+        delay: after the lidar's samples [s].
+    """
+
+    def __init__(
+        self, law: PlannerLaw, lidar: LidarParameters, delay: float
+    ) -> None:
+        super().__init__()
+        self._law = law
+        self._pose = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._target = self.DeclareVectorInputPort(
+            "estimated_target", size(TargetEstimate)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
+        memory = self.DeclareAbstractState(Value(law.initial_state()))
+        self._memory = int(memory)
+        self._arrived = self.DeclareDiscreteState(1)
+        self._given_up = self.DeclareDiscreteState(size(GivenUp))
+        self._forces = self.DeclareDiscreteState(size(NavigationForces))
+        self.DeclareVectorOutputPort(
+            "commanded_base_velocity",
+            size(BaseVelocity),
+            self._calc_velocity,
+            {
+                self.input_port_ticket(self._pose.get_index()),
+                self.abstract_state_ticket(memory),
+            },
+        )
+        self.DeclareStateOutputPort("arrived", self._arrived)
+        self.DeclareStateOutputPort("given_up", self._given_up)
+        self.DeclareStateOutputPort("navigation_forces", self._forces)
+        self.DeclareAbstractOutputPort(
+            "planned_paths",
+            lambda: Value(()),
+            self._calc_paths,
+            {self.abstract_state_ticket(memory)},
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / lidar.rate, delay, self._update
+        )
+
+    def _state(self, context: Context) -> PlannerState:
+        state: PlannerState = context.get_abstract_state(
+            self._memory
+        ).get_value()
+        return state
+
+    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
+        pose = self._pose.Eval(context)
+        output.SetFromVector(self._law.command(self._state(context), pose))
+
+    def _calc_paths(self, context: Context, output: Value) -> None:
+        output.set_value(self._state(context).paths)
+
+    def _update(self, context: Context, state: State) -> None:
+        target = TargetEstimate(self._target.Eval(context))
+        memory = self._state(context)
+        if target.known < 0.5 or memory.arrived:
+            return
+        memory = self._law.update(
+            memory,
+            self._pose.Eval(context),
+            np.array(target[:2]),
+            self._ranges.Eval(context),
+        )
+        state.get_mutable_abstract_state(self._memory).set_value(memory)
+        discrete = state.get_mutable_discrete_state()
+        discrete.set_value(self._arrived, [float(memory.arrived)])
+        discrete.set_value(self._forces, np.concatenate(memory.forces))
+        if memory.shut is not None:
+            discrete.set_value(self._given_up, [1.0, *memory.shut])

@@ -19,6 +19,10 @@ class WorldError(MobarmError, ValueError):
     """A world is unknown, or its file holds what a world cannot have."""
 
 
+class MapError(MobarmError, ValueError):
+    """The files of a map cannot be read, or hold what no map can have."""
+
+
 class OutputError(MobarmError, RuntimeError):
     """A result cannot be written where it was asked for."""
 

@@ -26,7 +26,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 from PIL import Image
 
 from drake_mobarm.checks import shown
@@ -126,7 +125,7 @@ def _read(path: Path) -> FloorPlan:
             f"origin is {shown(origin)}: valid is [x, y, yaw] in m and rad"
         )
     x, y, yaw = (_number("origin", number) for number in origin)
-    free_under, occupied_over = _thresholds(fields)
+    low, high = _thresholds(fields)
     negate = _required(fields, "negate")
     if str(negate).lower() not in _NEGATE:
         raise MapError(f"negate is {shown(negate)}: valid is 0, 1, true, false")
@@ -134,26 +133,33 @@ def _read(path: Path) -> FloorPlan:
     if mode not in MODES:
         raise MapError(f"mode is {shown(mode)}: valid is {', '.join(MODES)}")
     shade, alpha = _read_image(path, _required(fields, "image"))
+    likely = _likelihood(shade, alpha, mode, _NEGATE[str(negate).lower()])
+    occupied, free = likely > high, likely < low
     if mode == "raw":
-        likely = np.rint(255 * shade) / 100
-        certain = likely <= 1
-        occupied = certain & ((likely > occupied_over) | (likely == 1))
-        free = ~occupied & ((likely < free_under) | (likely == 0))
-    else:
-        if mode == "trinary" and alpha is not None:
-            shade = (3 * shade + alpha) / 4
-        likely = shade if _NEGATE[str(negate).lower()] else 1 - shade
-        occupied, free = likely > occupied_over, likely < free_under
-        if mode == "scale" and alpha is not None:
-            occupied &= alpha == 1
-            free &= alpha == 1
+        occupied |= likely == 1
+        free |= likely == 0
+    unknown = ~(occupied | free)
     if not free.any():
-        what = "occupied" if occupied.any() else "unknown"
         raise MapError(
-            f"no cell is free, each is {what}: mode {mode}, negate {negate} "
-            "and the thresholds have to suit the image"
+            f"no cell is free, {occupied.sum()} are occupied, {unknown.sum()} "
+            "unknown: mode, negate and the thresholds have to suit the image"
         )
-    return FloorPlan(occupied, ~(occupied | free), resolution, (x, y, yaw))
+    return FloorPlan(occupied, unknown, resolution, (x, y, yaw))
+
+
+def _likelihood(
+    shade: Array, alpha: Array | None, mode: str, negate: bool
+) -> Array:
+    """How likely each cell is occupied, 0 to 1, or NaN if that is unknown."""
+    if mode == "raw":
+        percentage = np.rint(255 * shade)
+        return np.where(percentage <= 100, percentage / 100, np.nan)
+    if mode == "trinary" and alpha is not None:
+        shade = (3 * shade + alpha) / 4
+    likely = shade if negate else 1 - shade
+    if mode == "scale" and alpha is not None:
+        likely = np.where(alpha == 1, likely, np.nan)
+    return likely
 
 
 def _read_fields(path: Path) -> dict[Any, Any]:
@@ -205,9 +211,7 @@ def _thresholds(fields: dict[Any, Any]) -> tuple[float, float]:
     return low, high
 
 
-def _read_image(
-    path: Path, name: Any
-) -> tuple[Array, NDArray[np.float64] | None]:
+def _read_image(path: Path, name: Any) -> tuple[Array, Array | None]:
     """The shades and the alphas of an image, each 0 to 1, (rows, columns).
 
     Args:

@@ -265,8 +265,8 @@ def test_a_wrong_field_is_named_in_one_line(saved, changes, said):
         (b"P5\n10000 10000\n255\n\0", "is too large"),
         (b"P5\n99999 99999\n255\n\0", "is too large"),
         (b"Pf\n1 1\n-1.0\n\0\0\0\0", "has shades without a limit"),
-        (b"P5\n2 1\n255\n\xcd\xcd", "no cell is free, each is unknown"),
-        (b"P5\n2 1\n255\n\0\0", "no cell is free, each is occupied"),
+        (b"P5\n2 1\n255\n\xcd\xcd", "no cell is free, 0 are occupied, 2 unk"),
+        (b"P5\n2 1\n255\n\0\0", "no cell is free, 2 are occupied, 0 unk"),
     ],
 )
 def test_an_image_that_is_no_map_is_told_in_one_line(saved, image, said):

@@ -1,5 +1,6 @@
 from .floor_plan import FloorPlan as FloorPlan
 from .floor_plan import adaptive_grid_size as adaptive_grid_size
+from .floor_plan_files import floor_plan_of as floor_plan_of
 from .floor_plan_files import read_floor_plan as read_floor_plan
 from .floor_plan_files import write_floor_plan as write_floor_plan
 from .obstacles import Obstacle as Obstacle

@@ -95,7 +95,8 @@ class FloorPlan:
         shapely.prepare(walled)
         centres = grid.centres()
         inside = shapely.intersects_xy(walled, centres[..., 0], centres[..., 1])
-        x, y = grid.origin - resolution / 2
+        # As good, and short in a file.
+        x, y = np.round(grid.origin - resolution / 2, 9)
         return cls(
             np.flipud(grid.occupied),
             np.flipud(~grid.occupied & ~inside),

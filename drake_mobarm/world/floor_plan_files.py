@@ -26,12 +26,14 @@ from typing import Any
 
 import numpy as np
 import yaml
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from drake_mobarm.checks import shown
 from drake_mobarm.exceptions import MapError, OutputError, ParameterError
 from drake_mobarm.geometry import Array
 from drake_mobarm.world.floor_plan import FloorPlan
+from drake_mobarm.world.world import WORLDS, World
 
 MODES = ("trinary", "scale", "raw")
 """How the pixels of an image can be meant."""
@@ -66,6 +68,25 @@ def read_floor_plan(path: str | os.PathLike[str]) -> FloorPlan:
         return _read(path)
     except (MapError, ParameterError) as error:
         raise MapError(f"map {path}: {error}") from error
+
+
+def floor_plan_of(world: World, cover: ArrayLike = ()) -> FloorPlan:
+    """The floor plan that a robot is given of a world.
+
+    A shipped world with a floor plan in its folder has that one, which
+    differs from the world on purpose; any other has its true one.
+
+    Args:
+        world: the building.
+        cover: points in W that a true plan has to reach beyond [m], (n, 2).
+
+    Raises:
+        WorldError: the cells are too many.
+    """
+    file = world.path.resolve().with_suffix(".yaml")
+    if file.parent == WORLDS.resolve() and file.exists():
+        return read_floor_plan(file)
+    return FloorPlan.from_world(world, cover=cover)
 
 
 def write_floor_plan(

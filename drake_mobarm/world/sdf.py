@@ -18,10 +18,7 @@ from drake_mobarm.world.clean_copy import CleanCopy
 from drake_mobarm.world.loaded import read_loaded
 from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.sdf_files import write_copy
-from drake_mobarm.world.world import World
-
-WORLDS = Path(__file__).resolve().parent.parent / "models" / "worlds"
-"""The folder of the shipped worlds."""
+from drake_mobarm.world.world import WORLDS, World
 
 WORLD_SUFFIXES = (".sdf", ".world")
 """The endings of the files of worlds, in capitals or not."""

@@ -6,6 +6,9 @@ from typing import Any
 
 from drake_mobarm.world.obstacles import Obstacle
 
+WORLDS = Path(__file__).resolve().parent.parent / "models" / "worlds"
+"""The folder of the shipped worlds and their floor plans."""
+
 FARTHEST = 10_000.0
 """How far anything may be from W's origin along each axis [m]. Beyond it, the
 single precision of what is drawn is coarser than a millimetre."""

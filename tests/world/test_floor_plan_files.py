@@ -9,7 +9,14 @@ from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_array_equal
 
 from drake_mobarm.exceptions import MapError, OutputError
-from drake_mobarm.world import FloorPlan, read_floor_plan, write_floor_plan
+from drake_mobarm.world import (
+    FloorPlan,
+    floor_plan_of,
+    load_world,
+    read_floor_plan,
+    write_floor_plan,
+)
+from drake_mobarm.world.world import WORLDS
 
 # By hand: 255 is p = 0, 0 is p = 1, and 205 is p = 50/255 = 0.19608.
 FIELDS = {
@@ -348,3 +355,31 @@ def test_where_a_map_cannot_be_written_it_is_told(tmp_path):
         write_floor_plan(plan, tmp_path / "no" / "map.yaml")
     with pytest.raises(MapError, match="image_format is 'jpg': valid is png"):
         write_floor_plan(plan, tmp_path / "map.yaml", "jpg")
+
+
+def test_a_shipped_world_has_a_plan_that_differs_from_it():
+    world = load_world("cafe")
+    given, true = floor_plan_of(world), FloorPlan.from_world(world)
+    corner = [[0.05, -2.0]]  # Of a table's top, 0.4 m from its foot.
+    assert given.occupied[given.index(corner)].all()
+    assert not true.occupied[true.index(corner)].any()
+
+
+def test_the_path_of_a_shipped_world_leads_to_its_plan():
+    by_path = floor_plan_of(load_world(str(WORLDS / "cafe.sdf")))
+    by_name = floor_plan_of(load_world("cafe"))
+    assert_array_equal(by_path.occupied, by_name.occupied)
+
+
+def test_a_copy_of_a_shipped_world_has_its_true_plan(tmp_path):
+    file = tmp_path / "cafe.sdf"
+    file.write_text((WORLDS / "cafe.sdf").read_text())
+    world = load_world(str(file))
+    given, true = floor_plan_of(world), FloorPlan.from_world(world)
+    assert_array_equal(given.occupied, true.occupied)
+
+
+def test_the_plan_of_an_empty_world_reaches_beyond_what_it_has_to_cover():
+    plan = floor_plan_of(load_world("empty"), cover=[[0.0, 0.0], [30.0, 2.0]])
+    assert plan.free.all()
+    assert plan.free[plan.index([[30.9, 2.9]])].all()

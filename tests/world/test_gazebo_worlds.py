@@ -9,7 +9,8 @@ from drake_mobarm.diagrams.station import build_station
 from drake_mobarm.robot.shape import LIDAR_HEIGHT
 from drake_mobarm.station import StationParameters
 from drake_mobarm.world.obstacles import inside, outlines
-from drake_mobarm.world.sdf import WORLDS, load_world
+from drake_mobarm.world.sdf import load_world
+from drake_mobarm.world.world import WORLDS
 from helpers.plain_sdf import read_solids
 
 FOLDER = Path(__file__).parent / "gazebo"

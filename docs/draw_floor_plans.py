@@ -1,0 +1,70 @@
+"""Draws the floor plans that a robot is given of the shipped worlds.
+
+    python docs/draw_floor_plans.py
+
+They differ from the worlds on purpose, as the floor plans of section 3.3.4 do:
+loose things are missing, and tables and chairs are solid, though the robot
+can see between their legs, and drive between those of some. A chair or a
+table is the convex outline of what the robot can touch of it. The tables of
+the café and the dining table have their tops, too; the long tables of the
+bookstore do not, for the only way behind some stools leads under one.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from drake_mobarm.robot.shape import HEIGHTS
+from drake_mobarm.world.floor_plan import FloorPlan
+from drake_mobarm.world.floor_plan_files import write_floor_plan
+from drake_mobarm.world.obstacles import Obstacle
+from drake_mobarm.world.sdf import load_world
+from drake_mobarm.world.world import WORLDS, World
+
+NAMES = ("bookstore", "cafe", "small_house")
+LOOSE = re.compile(r"(ball|book_stack|photo_frame|picture)_\d+(_p\d+)?")
+SOLID = re.compile(
+    r"((?:\w+_)?(?:bench|chair|reading_desk|stool|table)(?:_\d+)?)"
+    r"(?:_p\d+|_foot|_post|_top)?"
+)
+TOPPED = re.compile(r"table_\d+|dining_table")
+
+
+def floor_plan(world: World) -> FloorPlan:
+    """The plan that is given of a world."""
+    shown = tuple(shown_on_plan(world.obstacles))
+    return FloorPlan.from_world(replace(world, obstacles=shown))
+
+
+def shown_on_plan(obstacles: tuple[Obstacle, ...]) -> Iterator[Obstacle]:
+    """What a plan shows of obstacles."""
+    parts = defaultdict(list)
+    for obstacle in obstacles:
+        thing = SOLID.fullmatch(obstacle.name)
+        if thing is None and not LOOSE.fullmatch(obstacle.name):
+            yield obstacle
+        if thing is not None and (
+            TOPPED.fullmatch(thing[1]) or obstacle.outline(*HEIGHTS) is not None
+        ):
+            parts[thing[1]].append(obstacle.corners[:, :2])
+    for thing, corners in parts.items():
+        points = np.vstack(corners)
+        hull = points[ConvexHull(points).vertices]
+        low, high = (np.insert(hull, 2, z, axis=1) for z in HEIGHTS)
+        yield Obstacle(thing, np.vstack([low, high]))
+
+
+def main(folder: Path = WORLDS) -> None:
+    """Writes all of them."""
+    for name in NAMES:
+        plan = floor_plan(load_world(name))
+        write_floor_plan(plan, folder / f"{name}.yaml")
+
+
+if __name__ == "__main__":
+    main()

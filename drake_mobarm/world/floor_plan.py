@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from drake_mobarm.checks import finite_numbers, positive, require
+from drake_mobarm.checks import finite_numbers, require
 from drake_mobarm.exceptions import WorldError
 from drake_mobarm.geometry import Array, rotation
 from drake_mobarm.robot.shape import HEIGHTS
@@ -47,7 +47,7 @@ class FloorPlan:
         Raises:
             ParameterError: a field is out of its range.
         """
-        positive(self, "resolution")
+        _check_size(self.resolution, "resolution")
         finite_numbers(self, "[x, y, yaw] in m and rad", "origin")
         shape = np.shape(self.occupied)
         require(
@@ -86,8 +86,10 @@ class FloorPlan:
                 such as a start and a target in the open.
 
         Raises:
+            ParameterError: the resolution is out of its range.
             WorldError: the cells are too many.
         """
+        _check_size(resolution, "resolution")
         found = outlines(world.obstacles, *heights)
         grid = OccupancyGrid.from_outlines(found, resolution)
         grid = _grown(grid, np.reshape(cover, (-1, 2)))
@@ -109,6 +111,12 @@ class FloorPlan:
         """Cells that are neither occupied nor unknown, (rows, columns)."""
         return ~(self.occupied | self.unknown)
 
+    def corners(self) -> Array:
+        """Corners of the plan in W [m], (4, 2), counter-clockwise."""
+        rows, columns = self.occupied.shape
+        size = self.resolution * np.array([columns, rows])
+        return self.in_world(size * [[0, 0], [1, 0], [1, 1], [0, 1]])
+
     def points(self) -> Array:
         """Centres of the occupied cells in W [m], (n, 2)."""
         return self._centres(self.occupied)
@@ -124,11 +132,11 @@ class FloorPlan:
             radius: of the disc [m]; 0 for the bare floor.
 
         Raises:
+            ParameterError: the size is out of its range.
             WorldError: the squares are too many.
         """
-        rows, columns = self.occupied.shape
-        size = self.resolution * np.array([columns, rows])
-        corners = self._in_world(size * [[0, 0], [1, 0], [1, 1], [0, 1]])
+        _check_size(cell, "cell")
+        corners = self.corners()
         low, high = corners.min(axis=0), corners.max(axis=0)
         # Rounding must not add a row of squares.
         count = np.maximum(np.ceil((high - low) / cell - 1e-6), 1)
@@ -144,6 +152,7 @@ class FloorPlan:
         centres = grid.centres().reshape(-1, 2)
         blocked = np.pad(~self.free, 1, constant_values=True)
         row, column = self.index(centres)
+        rows, columns = self.occupied.shape
         row, column = np.clip(row, -1, rows), np.clip(column, -1, columns)
         hit = blocked[row + 1, column + 1]
         # Those beside a free cell are the nearest to any point on free ones.
@@ -167,17 +176,18 @@ class FloorPlan:
         cells = np.floor(p_P / self.resolution).astype(int)
         return len(self.occupied) - 1 - cells[..., 1], cells[..., 0]
 
+    def in_world(self, p_P: ArrayLike) -> Array:
+        """Points of P in W [m], (..., 2)."""
+        x, y, yaw = self.origin
+        p_W: Array = np.asarray(p_P) @ rotation(yaw).T + (x, y)
+        return p_W
+
     def _centres(self, cells: NDArray[np.bool_], padded: int = 0) -> Array:
         """Centres in W [m], (n, 2), of cells of a plan padded by some rows."""
         row, column = np.nonzero(cells)
         up = len(self.occupied) - 0.5 - (row - padded)
         right = column - padded + 0.5
-        return self._in_world(self.resolution * np.column_stack([right, up]))
-
-    def _in_world(self, p_P: Array) -> Array:
-        x, y, yaw = self.origin
-        p_W: Array = p_P @ rotation(yaw).T + (x, y)
-        return p_W
+        return self.in_world(self.resolution * np.column_stack([right, up]))
 
 
 def adaptive_grid_size(grid: OccupancyGrid) -> float:
@@ -203,6 +213,10 @@ def adaptive_grid_size(grid: OccupancyGrid) -> float:
     # Every free cell lies on one line along each axis.
     mean_length = 2 * np.count_nonzero(free) / lines
     return grid.cell * float(np.sqrt(mean_length))
+
+
+def _check_size(size: float, field: str) -> None:
+    require(1e-4 <= size <= 1e3, field, size, "in [1e-4, 1000]")
 
 
 def _grown(grid: OccupancyGrid, points: Array) -> OccupancyGrid:

@@ -35,6 +35,9 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.world.floor_plan import FloorPlan
 from drake_mobarm.world.world import WORLDS, World
 
+MAP_SUFFIXES = (".yaml", ".yml")
+"""The endings of the files of maps, in capitals or not."""
+
 MODES = ("trinary", "scale", "raw")
 """How the pixels of an image can be meant."""
 
@@ -70,11 +73,24 @@ def read_floor_plan(path: str | os.PathLike[str]) -> FloorPlan:
         raise MapError(f"map {path}: {error}") from error
 
 
+def map_files(path: Path) -> tuple[Path, Path]:
+    """The files of a map: its YAML's path, and that of its image.
+
+    Raises:
+        MapError: the YAML cannot be read, or names no image.
+    """
+    try:
+        return path, _image_path(path, _read_fields(path))
+    except MapError as error:
+        raise MapError(f"map {path}: {error}") from error
+
+
 def floor_plan_of(world: World, cover: ArrayLike = ()) -> FloorPlan:
     """The floor plan that a robot is given of a world.
 
     A shipped world with a floor plan in its folder has that one, which
-    differs from the world on purpose; any other has its true one.
+    differs from the world on purpose. A world that is a map has the map, and
+    any other its true plan.
 
     Args:
         world: the building.
@@ -82,7 +98,10 @@ def floor_plan_of(world: World, cover: ArrayLike = ()) -> FloorPlan:
 
     Raises:
         WorldError: the cells are too many.
+        MapError: the world's map cannot be read any more.
     """
+    if world.path.suffix.lower() in MAP_SUFFIXES:
+        return read_floor_plan(world.path)
     file = world.path.resolve().with_suffix(".yaml")
     if file.parent == WORLDS.resolve() and file.exists():
         return read_floor_plan(file)
@@ -106,7 +125,7 @@ def write_floor_plan(
         MapError: there is no such format.
     """
     path = Path(path)
-    if path.suffix.lower() not in {".yaml", ".yml"}:
+    if path.suffix.lower() not in MAP_SUFFIXES:
         raise OutputError(f"map {path}: valid is a .yaml or .yml file")
     if image_format not in IMAGE_FORMATS:
         raise MapError(
@@ -153,7 +172,7 @@ def _read(path: Path) -> FloorPlan:
     mode = fields.get("mode", MODES[0])
     if mode not in MODES:
         raise MapError(f"mode is {shown(mode)}: valid is {', '.join(MODES)}")
-    shade, alpha = _read_image(path, _required(fields, "image"))
+    shade, alpha = _read_image(_image_path(path, fields))
     likely = _likelihood(shade, alpha, mode, _NEGATE[str(negate).lower()])
     occupied, free = likely > high, likely < low
     if mode == "raw":
@@ -232,16 +251,15 @@ def _thresholds(fields: dict[Any, Any]) -> tuple[float, float]:
     return low, high
 
 
-def _read_image(path: Path, name: Any) -> tuple[Array, Array | None]:
-    """The shades and the alphas of an image, each 0 to 1, (rows, columns).
-
-    Args:
-        path: of the map's YAML.
-        name: of the image's file, as the YAML has it.
-    """
+def _image_path(path: Path, fields: dict[Any, Any]) -> Path:
+    name = _required(fields, "image")
     if not isinstance(name, str):
         raise MapError(f"image is {shown(name)}: valid is an image's path")
-    file = path.parent / name
+    return path.parent / name
+
+
+def _read_image(file: Path) -> tuple[Array, Array | None]:
+    """The shades and the alphas of an image, each 0 to 1, (rows, columns)."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)

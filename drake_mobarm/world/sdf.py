@@ -3,6 +3,7 @@
 import os
 import re
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 from pydrake.geometry import GeometryId, GeometryInstance
@@ -13,14 +14,20 @@ from pydrake.multibody.plant import (
 )
 from pydrake.systems.framework import DiagramBuilder
 
-from drake_mobarm.exceptions import WorldError
+from drake_mobarm.exceptions import MapError, WorldError
 from drake_mobarm.world.clean_copy import CleanCopy
+from drake_mobarm.world.floor_plan_files import (
+    MAP_SUFFIXES,
+    map_files,
+    read_floor_plan,
+)
+from drake_mobarm.world.floor_plan_world import floor_plan_sdf
 from drake_mobarm.world.loaded import read_loaded
 from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.sdf_files import write_copy
 from drake_mobarm.world.world import WORLDS, World
 
-WORLD_SUFFIXES = (".sdf", ".world")
+WORLD_SUFFIXES = (".sdf", ".world", *MAP_SUFFIXES)
 """The endings of the files of worlds, in capitals or not."""
 
 # The files that a world was read from and when they were changed, by its
@@ -35,7 +42,7 @@ def world_names() -> list[str]:
 
 
 def find_world(name_or_path: str) -> Path:
-    """The SDF file of a shipped world or a path.
+    """The file of a shipped world or a path.
 
     Raises:
         WorldError: there is no such world; it lists those there are.
@@ -52,16 +59,17 @@ def find_world(name_or_path: str) -> Path:
         shown = f"{shown[:60]}...{shown[-17:]}"
     raise WorldError(
         f"unknown world {shown!r}: valid are {', '.join(world_names())}, or "
-        f"the path of a file that ends in {' or '.join(WORLD_SUFFIXES)}"
+        f"the path of a file that ends in {', '.join(WORLD_SUFFIXES)}"
     )
 
 
 def load_world(name_or_path: str, meshes: str = "refuse") -> World:
-    """Reads a world: an SDF of models that stand still.
+    """Reads a world: an SDF of models that stand still, or a map's YAML.
 
-    Boxes, spheres, cylinders, capsules and ellipsoids are read, and a level
-    plane, which is the floor: the world is moved up or down so that the floor
-    is at z = 0.
+    Of an SDF, boxes, spheres, cylinders, capsules and ellipsoids are read, and
+    a level plane, which is the floor: the world is moved up or down so that
+    the floor is at z = 0. The occupied cells of a map, which is read as
+    `read_floor_plan` does, become walls 1.2 m high.
 
     Args:
         name_or_path: a shipped world's name, or the path of its file.
@@ -71,13 +79,15 @@ def load_world(name_or_path: str, meshes: str = "refuse") -> World:
     Raises:
         WorldError: no such world, or the file holds something else; it
             names the first ten faults, each with its element and line.
+        MapError: the map cannot be read.
     """
     if meshes not in MESHES:
         raise WorldError(f"meshes is {meshes!r}: valid is {', '.join(MESHES)}")
     path = find_world(name_or_path)
     files, world = _known.get((path, meshes), ({}, None))
     if world is None or any(_changed(f) != at for f, at in files.items()):
-        files, world = _load(path, meshes)
+        is_map = path.suffix.lower() in MAP_SUFFIXES
+        files, world = _load_map(path) if is_map else _load(path, meshes)
         _known.pop((path, meshes), None)
         _known[path, meshes] = files, world
         if len(_known) > _MOST_KNOWN:
@@ -87,6 +97,20 @@ def load_world(name_or_path: str, meshes: str = "refuse") -> World:
 
 def _changed(file: Path) -> int:
     return file.stat().st_mtime_ns if file.exists() else 0
+
+
+def _load_map(path: Path) -> tuple[dict[Path, int], World]:
+    files = {file: _changed(file) for file in map_files(path)}
+    plan = read_floor_plan(path)
+    try:
+        text = floor_plan_sdf(plan)
+    except MapError as error:
+        raise MapError(f"map {path}: {error}") from error
+    with tempfile.TemporaryDirectory() as folder:
+        building = Path(folder) / f"{path.stem}.sdf"
+        building.write_text(text)
+        _, world = _load(building, "refuse")
+    return files, replace(world, path=path)
 
 
 def _load(path: Path, meshes: str) -> tuple[dict[Path, int], World]:

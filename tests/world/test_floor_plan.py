@@ -98,8 +98,16 @@ def test_squares_beyond_a_turned_plan_are_occupied():
 
 
 def test_too_many_squares_are_refused():
-    with pytest.raises(WorldError, match=r"1 m by 1 m has more .* of 1e-05 m"):
-        plan_of(".").grid(1e-5, 0.0)
+    with pytest.raises(WorldError, match=r"1 m by 1 m has more .* of 0.0001"):
+        plan_of(".").grid(1e-4, 0.0)
+
+
+@pytest.mark.parametrize("size", [0.0, -1.0, float("nan"), 1e-5])
+def test_a_size_that_cannot_be_is_refused(size):
+    with pytest.raises(ParameterError, match="cell is"):
+        plan_of(".").grid(size, 0.0)
+    with pytest.raises(ParameterError, match="resolution is"):
+        FloorPlan.from_world(world_of((0, 2, 0, 1)), size)
 
 
 def test_a_worlds_plan_has_its_obstacles_in_a_free_metre():

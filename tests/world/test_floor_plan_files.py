@@ -315,7 +315,7 @@ def plans(draw):
     return FloorPlan(
         kinds == 1,
         kinds == 2,
-        draw(st.floats(1e-9, 1e6)),
+        draw(st.floats(1e-4, 1e3)),
         draw(st.tuples(number, number, number)),
     )
 

@@ -1,22 +1,26 @@
 """Floor plans in files: YAML and an image, as ROS's map_server has them.
 
-A pixel's shade s is 0 for black and 1 for white; p = 1 - s, or s with
-`negate`, is how likely its cell is occupied. In the modes
+A pixel's shade s is 0 where it is black and 1 where it is white; colours are
+averaged. How likely its cell is occupied, p, is 1 - s, or s with `negate`.
+The modes:
 
-- `trinary`, where p > occupied_thresh is occupied, p < free_thresh free, and
-  all else unknown. An alpha channel, 1 where opaque, is averaged into the
-  shade with red, green and blue;
-- `scale`, the same, but alpha leaves the shade alone, and what is not wholly
-  opaque is unknown;
-- `raw`, p is the shade of 0 to 255 as a percentage, over 100 is unknown, and
-  `negate` and alpha are not looked at.
+- `trinary`: where p > occupied_thresh, the cell is occupied; where
+  p < free_thresh, it is free; all else is unknown. An alpha channel, which is
+  1 where opaque, is averaged into s as a fourth colour.
+- `scale`: the same, but alpha is no part of s, and what is not wholly opaque
+  is unknown.
+- `raw`: the shade of 0 to 255 is p as a percentage, and unknown where it is
+  over 100; 0 is free and 100 occupied whatever the thresholds. `negate` and
+  alpha do not matter.
 
-ROS 1 and Nav2 differ in grey images with alpha, whose grey ROS 1 counts once
-against alpha, and Nav2 three times, as that of a colour: in `trinary`, opaque
-black is unknown to ROS 1 and occupied to Nav2. Nav2 is followed, as it is up
-to its release Kilted; later, what is not wholly opaque is unknown in
-`trinary`, too. Where `scale` and `raw` have likelihoods between the
-thresholds, a floor plan has no more than that they are unknown.
+ROS's own readers keep how likely a cell is occupied between the thresholds in
+`scale` and `raw`; a floor plan keeps that it is unknown.
+
+Of an image of greys and alpha, ROS 1 averages two channels in `trinary`, and
+Nav2 four, as if grey were a colour. So opaque black is unknown to ROS 1, for
+s = 1/2, and occupied to Nav2, for s = 1/4. Nav2 is followed here, as it is up
+to its release Jazzy; in its newer source, what is not wholly opaque is unknown
+in `trinary`, too.
 """
 
 import os

@@ -2,6 +2,7 @@
 
     python docs/draw_floor_plans.py
 
+writes them beside the worlds, and the picture docs/images/floor_plans.png.
 They differ from the worlds on purpose, as the floor plans of section 3.3.4 do:
 loose things are missing, and tables and chairs are solid, though the robot
 can see between their legs, and drive between those of some. A chair or a
@@ -16,17 +17,22 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from scipy.spatial import ConvexHull
 
+from drake_mobarm.drawing.style import ORANGE, STYLE
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.floor_plan import FloorPlan
 from drake_mobarm.world.floor_plan_files import write_floor_plan
-from drake_mobarm.world.obstacles import Obstacle
+from drake_mobarm.world.obstacles import Obstacle, outlines
 from drake_mobarm.world.sdf import load_world
 from drake_mobarm.world.world import WORLDS, World
 
-NAMES = ("bookstore", "cafe", "small_house")
+PICTURE = Path(__file__).parent / "images" / "floor_plans.png"
+NAMES, WIDTHS = ("small_house", "bookstore", "cafe"), (1.8, 1.5, 1.0)
 LOOSE = re.compile(r"(ball|book_stack|photo_frame|picture)_\d+(_p\d+)?")
 SOLID = re.compile(
     r"((?:\w+_)?(?:bench|chair|reading_desk|stool|table)(?:_\d+)?)"
@@ -59,11 +65,30 @@ def shown_on_plan(obstacles: tuple[Obstacle, ...]) -> Iterator[Obstacle]:
         yield Obstacle(thing, np.vstack([low, high]))
 
 
-def main(folder: Path = WORLDS) -> None:
-    """Writes all of them."""
-    for name in NAMES:
-        plan = floor_plan(load_world(name))
-        write_floor_plan(plan, folder / f"{name}.yaml")
+def draw(axes: Axes, world: World) -> None:
+    """Draws a plan, and the outlines of what the robot could touch."""
+    plan = floor_plan(world)
+    shades = np.where(plan.occupied, 0.35, np.where(plan.unknown, 0.85, 1.0))
+    low, _, high, _ = plan.corners()
+    extent = (low[0], high[0], low[1], high[1])
+    axes.imshow(shades, cmap="gray", vmin=0, vmax=1, extent=extent)
+    for outline in outlines(world.obstacles, *HEIGHTS):
+        axes.fill(*outline.T, fill=False, ec=ORANGE, lw=0.4)
+    axes.set_title(world.name, loc="left")
+    axes.set_xlabel("x [m]")
+
+
+def main() -> None:
+    """Writes the plans and the picture."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(7.2, 3.2), layout="constrained")
+        subplots = figure.subplots(1, len(NAMES), width_ratios=WIDTHS)
+        for axes, name in zip(subplots, NAMES, strict=True):
+            world = load_world(name)
+            write_floor_plan(floor_plan(world), WORLDS / f"{name}.yaml")
+            draw(axes, world)
+        subplots[0].set_ylabel("y [m]")
+        figure.savefig(PICTURE)
 
 
 if __name__ == "__main__":

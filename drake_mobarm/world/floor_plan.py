@@ -193,11 +193,14 @@ class FloorPlan:
 def adaptive_grid_size(grid: OccupancyGrid) -> float:
     """The size of grid squares that suits a floor plan, by (3.1) [m].
 
-    The free lines of all rows and all columns are counted; their lengths are
-    in cells, and so is the size before it is scaled by the cell's.
+    The free lines of all rows and all columns count; their lengths are in
+    cells, and so is (3.1), which is scaled by the size of a cell. The source
+    does not say of which cells: with those of 5 cm in which the robot's centre
+    can be on the shipped floor plans, it is 0.40 m for the house, 0.29 m for
+    the bookstore and 0.49 m for the café.
 
     Args:
-        grid: the free space of the robot's centre, finely resolved.
+        grid: such as `plan.grid(plan.resolution, radius)`.
 
     Raises:
         WorldError: nothing is free.

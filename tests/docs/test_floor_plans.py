@@ -9,7 +9,13 @@ from numpy.testing import assert_array_equal
 from scipy import ndimage
 
 import drake_mobarm
-from drake_mobarm.world import FloorPlan, floor_plan_of, load_world
+from drake_mobarm.robot.shape import RADIUS
+from drake_mobarm.world import (
+    FloorPlan,
+    adaptive_grid_size,
+    floor_plan_of,
+    load_world,
+)
 
 SCRIPT = (
     Path(drake_mobarm.__file__).parent.parent / "docs" / "draw_floor_plans.py"
@@ -53,6 +59,15 @@ def test_on_a_plan_the_robot_comes_within_half_a_metre_of_all(name):
     assert share > 0.96
     far = ndimage.distance_transform_edt(~found) * given.cell
     assert far[given.index(points)].max() < 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [("small_house", 0.40), ("bookstore", 0.29), ("cafe", 0.49)],
+)
+def test_grid_sizes_are_those_of_an_independent_trial(name, size):
+    grid = floor_plan_of(load_world(name)).grid(0.05, RADIUS)
+    assert adaptive_grid_size(grid) == pytest.approx(size, abs=0.006)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -3,6 +3,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
 from drake_mobarm.exceptions import ParameterError, WorldError
@@ -86,6 +89,41 @@ def test_unknown_cells_are_kept_clear_of_like_occupied_ones():
         plan_of(*rows).grid(0.5, 0.9).occupied,
         plan_of(*hidden).grid(0.5, 0.9).occupied,
     )
+
+
+@given(
+    kinds=arrays(
+        np.uint8,
+        st.tuples(st.integers(1, 6), st.integers(1, 6)),
+        elements=st.integers(0, 2),
+    ),
+    yaw=st.floats(-4, 4),
+    cell=st.floats(0.3, 2),
+    radius=st.floats(0, 3),
+)
+def test_a_square_is_occupied_by_the_nearest_cell_that_is_not_free(
+    kinds, yaw, cell, radius
+):
+    plan = FloorPlan(kinds == 1, kinds == 2, 1.0, (3.0, -2.0, yaw))
+    grid = plan.grid(cell, radius)
+    # All cells and two rings beyond them, in the plan's own frame.
+    kinds = np.pad(kinds, 2, constant_values=1)
+    row, column = np.indices(kinds.shape)
+    up, right = len(kinds) - 2 - row - 0.5, column - 2 + 0.5
+    c, s = np.cos(yaw), np.sin(yaw)
+    x = 3 + c * right - s * up
+    y = -2 + s * right + c * up
+    at = grid.centres()[:, :, None, None]
+    distance = np.hypot(at[..., 0] - x, at[..., 1] - y)
+    blocked = kinds != 0
+    near = (distance < radius) & blocked
+    nearest = distance.reshape(*grid.occupied.shape, -1).argmin(axis=-1)
+    expected = near.any(axis=(2, 3)) | blocked.ravel()[nearest]
+    # Where rounding decides, either is right.
+    sure = (abs(distance - radius) > 1e-9).all(axis=(2, 3))
+    ordered = np.sort(distance.reshape(*grid.occupied.shape, -1))
+    sure &= ordered[..., 1] - ordered[..., 0] > 1e-9
+    assert_array_equal(grid.occupied[sure], expected[sure])
 
 
 def test_squares_beyond_a_turned_plan_are_occupied():

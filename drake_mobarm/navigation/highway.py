@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
@@ -18,6 +19,7 @@ from drake_mobarm.navigation.highway_points import (
     choose_adaptive_points,
     choose_random_points,
 )
+from drake_mobarm.navigation.highway_repair import cover_floor, join_pieces
 from drake_mobarm.navigation.line_of_sight import LineOfSight
 from drake_mobarm.world.occupancy import OccupancyGrid
 
@@ -40,18 +42,25 @@ class HighwayParameters:
             advises a large one, as it shrinks where there is no room.
         blur: standard deviation of the density's Gaussian blur [squares]; the
             text gives none.
+        repair: whether points are added until all that can be joined is, and
+            every free square sees a point; the text adds none.
+        smallest_region: a part of the floor that is apart from all others and
+            less than this [m^2] has no points; the text has no such limit.
     """
 
     points: str = "adaptive"
     count: int = 100
     min_distance: float = 2.0
     blur: float = 1.0
+    repair: bool = True
+    smallest_region: float = 0.5
 
     def __post_init__(self) -> None:
         one_of(self, ("adaptive", "random"), "points")
+        one_of(self, (True, False), "repair")
         at_least(self, 1, "count")
         positive(self, "min_distance")
-        not_negative(self, "blur")
+        not_negative(self, "blur", "smallest_region")
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,11 +238,10 @@ def build_highway(
         rng: source of the choice.
 
     Raises:
-        ParameterError: the grid has no free square, or fewer than random
-            points are asked for.
+        ParameterError: the grid has no free region that is large enough, or
+            fewer free squares than random points are asked for.
     """
-    if grid.occupied.all():
-        raise ParameterError("the floor plan has no free square for a highway")
+    grid = _without_pockets(grid, parameters.smallest_region)
     if parameters.points == "random":
         points = choose_random_points(
             grid, parameters.count, parameters.min_distance, rng
@@ -241,5 +249,30 @@ def build_highway(
     else:
         points = choose_adaptive_points(grid, parameters.blur, rng)
     sight = LineOfSight(grid)
+    if parameters.repair:
+        points = np.vstack([points, cover_floor(grid, sight, points)])
     links = sight.links(points)
-    return Highway.from_links(points, links)
+    highway = Highway.from_links(points, links)
+    if not parameters.repair or highway.pieces == 1:
+        return highway
+    added = join_pieces(grid, sight, points, highway.piece_of)
+    crossing = sight.links(points, added) + np.array([0, len(points)])
+    among = sight.links(added) + len(points)
+    return Highway.from_links(
+        np.vstack([points, added]), np.vstack([links, crossing, among])
+    )
+
+
+def _without_pockets(grid: OccupancyGrid, smallest: float) -> OccupancyGrid:
+    """The grid, where free regions below an area [m^2] are occupied, too."""
+    # Labels join squares side by side, as lines of sight do.
+    region, _ = ndimage.label(~grid.occupied)
+    squares = np.bincount(region.ravel())
+    small = squares * grid.cell**2 < smallest
+    small[0] = True
+    if small.all():
+        raise ParameterError(
+            f"the floor plan has no free region of {smallest:g} m^2 or more "
+            "for a highway"
+        )
+    return OccupancyGrid(grid.origin, grid.cell, small[region])

@@ -125,7 +125,7 @@ def _clear(
     low, high = np.minimum(start, end), np.maximum(start, end)
     # The ring is occupied: what leaves it, or is not finite, is not clear.
     inside = (low > 0) & (high < (lines - 1, size - 1))
-    clear: NDArray[np.bool_] = inside.all(axis=1)
+    clear: NDArray[np.bool_] = np.all(inside, axis=1)
     left = np.flatnonzero(clear)
     first = np.ceil(start[left, 0] - 0.5 - _TOUCH).astype(int)
     last = np.floor(end[left, 0] + 0.5 + _TOUCH).astype(int)

@@ -5,16 +5,9 @@ import pytest
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from drake_mobarm.navigation.line_of_sight import LineOfSight
-from drake_mobarm.world.occupancy import OccupancyGrid
-
-
-def plan(*rows, cell=1.0, origin=(0.0, 0.0)):
-    """A grid drawn as it is seen: the first row is the highest; # occupied."""
-    occupied = np.array([[mark == "#" for mark in row] for row in rows[::-1]])
-    return OccupancyGrid(np.array(origin, dtype=float), cell, occupied)
+from helpers.plans import occupied_squares, plan, plan_of
 
 
 def sees(grid, start, end):
@@ -122,14 +115,9 @@ def test_segments_of_any_batch_shape_are_tested_one_by_one():
 # For all plans
 
 
-occupied = st.tuples(st.integers(1, 9), st.integers(1, 9)).flatmap(
-    lambda shape: arrays(bool, shape, elements=st.booleans())
-)
-
-
-@given(occupied, st.integers(0, 2**32))
+@given(occupied_squares(), st.integers(0, 2**32))
 def test_links_between_centres_are_those_that_touch_no_square(occupied, seed):
-    grid = OccupancyGrid(np.zeros(2), 1.0, occupied)
+    grid = plan_of(occupied)
     rng = np.random.default_rng(seed)
     size = occupied.shape[::-1]
     starts, ends = rng.integers(0, size, (2, 40, 2)).astype(float)
@@ -139,9 +127,9 @@ def test_links_between_centres_are_those_that_touch_no_square(occupied, seed):
     )
 
 
-@given(occupied, st.integers(0, 2**32))
+@given(occupied_squares(), st.integers(0, 2**32))
 def test_segments_between_any_places_are_clear_of_every_square(occupied, seed):
-    grid = OccupancyGrid(np.zeros(2), 1.0, occupied)
+    grid = plan_of(occupied)
     rng = np.random.default_rng(seed)
     low, high = -0.7, np.array(occupied.shape[::-1]) - 0.3
     starts, ends = rng.uniform(low, high, (2, 40, 2))
@@ -157,7 +145,7 @@ def test_segments_between_any_places_are_clear_of_every_square(occupied, seed):
 @given(st.integers(0, 2**32))
 def test_long_lines_over_large_plans_are_clear_of_every_square(seed):
     rng = np.random.default_rng(seed)
-    grid = OccupancyGrid(np.zeros(2), 1.0, rng.random((300, 200)) < 0.01)
+    grid = plan_of(rng.random((300, 200)) < 0.01)
     starts = rng.integers(0, (200, 300), (100, 2)).astype(float)
     ends = starts + rng.integers(-60, 60, (100, 2))
     clear = LineOfSight(grid).clear(starts, ends)
@@ -171,7 +159,7 @@ def test_links_do_not_depend_on_how_many_pairs_are_held_at_once(
     pairs, monkeypatch
 ):
     rng = np.random.default_rng(5)
-    grid = OccupancyGrid(np.zeros(2), 1.0, rng.random((30, 30)) < 0.05)
+    grid = plan_of(rng.random((30, 30)) < 0.05)
     points = rng.integers(0, 30, (40, 2)).astype(float)
     sight = LineOfSight(grid)
     expected = sight.links(points)

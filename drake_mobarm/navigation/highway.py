@@ -138,18 +138,16 @@ class Highway:
 
     def describe(self) -> str:
         """One line: how many points, links and pieces, and where these are."""
-        text = f"{len(self.points)} points, {len(self.links)} links, " + (
-            "1 piece" if self.pieces == 1 else f"{self.pieces} pieces"
+        size = np.bincount(self.piece_of)
+        places = [
+            f"{size[piece]} at ({x:.2f}, {y:.2f})"
+            for piece in np.argsort(-size, kind="stable")
+            for x, y in self.points[self.piece_of == piece][:1]
+        ]
+        return (
+            f"points: {len(self.points)}, links: {len(self.links)}, pieces: "
+            f"{self.pieces}" + (f" ({', '.join(places)})" if places else "")
         )
-        if self.pieces > 1:
-            size = np.bincount(self.piece_of)
-            parts = [
-                f"{size[piece]} at ({x:.2f}, {y:.2f})"
-                for piece in np.argsort(-size, kind="stable")
-                for x, y in self.points[self.piece_of == piece][:1]
-            ]
-            text += ": " + ", ".join(parts)
-        return text
 
     def best_paths(self, i: int) -> tuple[Array, NDArray[np.int_]]:
         """Row i of `length` and of `before`, (n,) each.
@@ -160,12 +158,11 @@ class Highway:
         if len(self.points) <= _WHOLE_TABLE:
             return self.length[i], self.before[i]
         rows = self._rows
-        if i in rows:
-            rows.move_to_end(i)
-        else:
+        if i not in rows:
             rows[i] = dijkstra(self.graph, indices=i, return_predecessors=True)
-            while len(rows) * len(self.points) > _KEPT:
-                rows.popitem(last=False)
+        rows.move_to_end(i)
+        while len(rows) > 1 and len(rows) * len(self.points) > _KEPT:
+            rows.popitem(last=False)
         return rows[i]
 
     def path(self, i: int, j: int) -> NDArray[np.int_]:

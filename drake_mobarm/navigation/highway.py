@@ -25,7 +25,7 @@ from drake_mobarm.world.occupancy import OccupancyGrid
 
 # Up to so many points all best paths are worked out together; beyond, those
 # from one point are when they are first asked for.
-_WHOLE_TABLE = 2000
+_WHOLE_TABLE = 1000
 # So many numbers of best paths from single points are kept.
 _KEPT = 20_000_000
 
@@ -170,13 +170,14 @@ class Highway:
 
         Empty where there is none.
         """
-        length, before = self.best_paths(i)
-        if not np.isfinite(length[j]):
+        # Backwards along the way from j: a target's row serves all paths there.
+        length, before = self.best_paths(j)
+        if not np.isfinite(length[i]):
             return np.empty(0, dtype=int)
-        path = [j]
-        while path[-1] != i:
+        path = [i]
+        while path[-1] != j:
             path.append(int(before[path[-1]]))
-        return np.array(path[::-1])
+        return np.array(path)
 
     def within(self, position: ArrayLike, radius: float) -> NDArray[np.int_]:
         """Points at most `radius` [m] from a position in W, in rising order."""
@@ -203,8 +204,8 @@ class Highway:
         """
         near, approach = np.asarray(near, dtype=int), np.asarray(approach)
         targets = np.asarray(targets, dtype=int).reshape(-1)
-        # Paths are as long in either direction: rows of the targets, which
-        # stay the same from one update to the next.
+        # Paths are as long in either direction, and targets stay the same from
+        # one update to the next: their rows are looked up, not those of `near`.
         total = np.array(
             [approach + self.best_paths(int(j))[0][near] for j in targets]
         ).reshape(len(targets), len(near))

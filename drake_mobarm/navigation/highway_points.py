@@ -141,10 +141,9 @@ def _spread(
     chosen = np.empty((count, 2))
     for i in range(count):
         room = np.flatnonzero(nearest >= spacing)
-        while not room.size:
+        while not room.size:  # Squares at distance 0 are taken already.
             spacing = _SHRINK * spacing
-            # A square that is taken, at distance 0, is never far enough.
-            room = np.flatnonzero((nearest >= spacing) & (nearest > 0))
+            room = np.flatnonzero(nearest >= spacing)
         bound = np.cumsum(weight[room])
         drawn = np.searchsorted(bound, rng.uniform(0, bound[-1]), "right")
         chosen[i] = squares[room[min(drawn, len(room) - 1)]]

@@ -63,9 +63,10 @@ def join_pieces(
 ) -> Array:
     """Points that join all pieces of a highway between which there is a way.
 
-    The ways lead from piece to piece over the free squares, each as short as
-    its distance from obstacles allows, and together they are the shortest
-    that join all. Points stand along them, each in sight of the next.
+    The ways lead from piece to piece over the free squares, short, but away
+    from obstacles where there is room; of all ways, those are taken that join
+    all pieces at the least cost. Points stand along them, each in sight of the
+    next.
 
     Args:
         grid: the plan.
@@ -121,7 +122,8 @@ def _room(grid: OccupancyGrid) -> Array:
 def _steps(grid: OccupancyGrid, number: NDArray[np.int_]) -> coo_array:
     """Costs of the steps between neighbouring free squares, both directions.
 
-    A step costs its length [squares], and up to twice of it by obstacles.
+    A step costs its length [squares] in the open, and up to four times as
+    much where it is close to obstacles.
     """
     free, room = ~grid.occupied, _room(grid)
     ny, nx = free.shape
@@ -135,7 +137,7 @@ def _steps(grid: OccupancyGrid, number: NDArray[np.int_]) -> coo_array:
             open_ &= free[low[0], high[1]] & free[high[0], low[1]]
         i, j = number[low][open_], number[high][open_]
         near = np.minimum(room[low], room[high])[open_]
-        both.append((i, j, np.hypot(rows, columns) * (1 + 1 / near)))
+        both.append((i, j, np.hypot(rows, columns) * (1 + 3 / near)))
     i, j, cost = (np.concatenate(parts) for parts in zip(*both, strict=True))
     count = int(free.sum())
     return coo_array(

@@ -55,23 +55,17 @@ def test_highway_in_one_piece_gets_no_points():
     assert added.shape == (0, 2)
 
 
-def test_way_between_pieces_keeps_to_the_middle_where_there_is_room():
-    # Two rooms and a doorway of three squares: a way as short hugs its sides.
-    grid = plan(
-        ".....#.....",
-        "...........",
-        "...........",
-        "...........",
-        ".....#.....",
-        "####...####",
-    )
+def test_way_round_the_end_of_a_wall_keeps_away_from_it():
+    # The wall ends at y = 5.5. At (6, 7) one point sees both; the shortest way
+    # turns at (5, 6) and (7, 6), each in touch with the wall's end.
+    grid = plan(*["." * 13] * 6, *["......#......"] * 6)
     added = join_pieces(
         grid,
         LineOfSight(grid),
-        np.array([(0.0, 5.0), (10.0, 5.0)]),
+        np.array([(2.0, 0.0), (10.0, 0.0)]),
         np.array([0, 1]),
     )
-    assert np.all((added[:, 1] >= 2) & (added[:, 1] <= 4))
+    np.testing.assert_allclose(added, [(6, 7)])
 
 
 def test_three_pieces_are_joined_by_the_two_shorter_ways():

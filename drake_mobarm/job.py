@@ -100,12 +100,13 @@ class Trial:
         case: the row of the table that it belongs to.
         seed: of all noise.
         overrides: "key.path=value" each, of the table's scenario.
-        notes: further columns of its row in `trials.csv`.
+        notes: further columns of its row in `trials.csv`; the arguments of
+            the table's `call` where it has one.
     """
 
     case: str
     seed: int
-    overrides: Sequence[str]
+    overrides: Sequence[str] = ()
     notes: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -120,6 +121,7 @@ class Column(NamedTuple):
         trials_with: where the column is a sum over all trials, the name of
             the number of trials in which it is above 0; empty where it is a
             mean over the successful ones.
+        median: whether it is a median instead of a mean.
     """
 
     name: str
@@ -127,6 +129,7 @@ class Column(NamedTuple):
     metric: str
     digits: int = 3
     trials_with: str = ""
+    median: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,7 +139,8 @@ class Table:
     Attributes:
         title: what it is.
         conditions: what the trials are, where the text leaves it open.
-        scenario: the shipped scenario that trials override.
+        scenario: the shipped scenario that trials override; empty where they
+            are no runs, but calls.
         trials: full number of trials a case.
         make_trials: gives every case's trials for a seed and a number.
         columns: after the success rate.
@@ -146,6 +150,12 @@ class Table:
             four digits after the point.
         draw: gives the pictures, matplotlib Figures by file name, of the
             rows of `trials.csv` and the samples.
+        call: what a trial calls, with its seed and notes as keywords, where it
+            is no run of a scenario: a module's function, whose result has
+            `success`, `reason` and `metrics`, and goes to `sample`.
+        group: gives the group of a case where means are over the trials in
+            which all cases of its group succeed. The n-th trials of a group's
+            cases are then the same task.
     """
 
     title: str
@@ -155,10 +165,12 @@ class Table:
     make_trials: Callable[[int, int], Iterator[Trial]]
     columns: Sequence[Column]
     dissertation: Callable[[str], Mapping[str, float]]
-    sample: Callable[[RunRecord], Array]
+    sample: Callable[[Any], Array]
     draw: Callable[
         [Sequence[dict[str, Any]], Sequence[Array]], Mapping[str, Any]
     ]
+    call: Callable[..., Any] | None = None
+    group: Callable[[str], str] | None = None
 
 
 def judge_by_done(

@@ -83,7 +83,9 @@ def reproduce(
                 f"no case of table {name} holds {shown(only)}: valid are "
                 f"parts of {cases}"
             )
-    base = dump_scenario(load_scenario(table.scenario))
+    base = None
+    if table.call is None:
+        base = dump_scenario(load_scenario(table.scenario))
     store = folder / STORE
     same = partial(_holds_table, identity)
     with staged_folder(folder, same, force) as stage:
@@ -159,7 +161,7 @@ def run_trial(work: Mapping[str, Any]) -> Outcome:
     table, trial = find_tables()[work["table"]], work["do"]
     sample: list[Any] | None = None
     try:
-        result = run(load_scenario(table.scenario, trial.overrides), trial.seed)
+        result = _run(table, trial)
         found = {"success": result.success, "reason": result.reason}
         found |= result.metrics
         sample = np.round(table.sample(result), 4).tolist()
@@ -177,8 +179,25 @@ def run_trial(work: Mapping[str, Any]) -> Outcome:
     return {"row": row, "sample": sample}
 
 
+def _run(table: Table, trial: Trial) -> Any:
+    if table.call is not None:
+        return table.call(seed=trial.seed, **trial.notes)
+    return run(load_scenario(table.scenario, trial.overrides), trial.seed)
+
+
 def command(table: Table, trial: Trial) -> str:
     """The command that repeats a trial."""
+    if table.call is not None:
+        name = table.call.__name__
+        given = {"seed": trial.seed, **trial.notes}
+        arguments = ", ".join(
+            f"{key}={value!r}" for key, value in given.items()
+        )
+        line = (
+            f"from {table.call.__module__} import {name}; "
+            f"print({name}({arguments}))"
+        )
+        return shlex.join(["python", "-c", line])
     words = ["mobarm", "run", table.scenario, "--seed", str(trial.seed)]
     for override in trial.overrides:
         words += ["--set", override]
@@ -195,17 +214,22 @@ def _versions() -> dict[str, str]:
 def summarise(table: Table, rows: Sequence[Row]) -> list[Row]:
     """A row a case: success over all trials, and the table's columns."""
     summaries = []
-    for case in dict.fromkeys(row["case"] for row in rows):
-        of_case = [row for row in rows if row["case"] == case]
-        successes = [row for row in of_case if row["success"]]
+    by_case: dict[str, list[Row]] = {}
+    for row in rows:
+        by_case.setdefault(row["case"], []).append(row)
+    for case, of_case in by_case.items():
+        successes = sum(row["success"] for row in of_case)
+        compared = _compared(table, by_case, case)
         summary: Row = {
             "case": case,
             "trials": len(of_case),
-            "success_percent": 100 * len(successes) / len(of_case),
-            "success_interval_percent": _interval(len(successes), len(of_case)),
+            "success_percent": 100 * successes / len(of_case),
+            "success_interval_percent": _interval(successes, len(of_case)),
         }
+        if table.group is not None:
+            summary["trials_compared"] = len(compared)
         for column in table.columns:
-            counted = of_case if column.trials_with else successes
+            counted = of_case if column.trials_with else compared
             values = [
                 row[column.metric] for row in counted if column.metric in row
             ]
@@ -213,10 +237,28 @@ def summarise(table: Table, rows: Sequence[Row]) -> list[Row]:
                 summary[column.name] = float(sum(values))
                 summary[column.trials_with] = sum(value > 0 for value in values)
             else:
-                mean = float(np.mean(values)) if values else None
-                summary[column.name] = mean
+                average = np.median if column.median else np.mean
+                summary[column.name] = (
+                    float(average(values)) if values else None
+                )
         summaries.append(summary)
     return summaries
+
+
+def _compared(
+    table: Table, by_case: Mapping[str, Sequence[Row]], case: str
+) -> list[Row]:
+    """The trials of a case that its means are over."""
+    group = table.group
+    cases = [case]
+    if group is not None:
+        cases = [other for other in by_case if group(other) == group(case)]
+    tasks = zip(*(by_case[other] for other in cases), strict=True)
+    return [
+        row
+        for row, task in zip(by_case[case], tasks, strict=True)
+        if all(other["success"] for other in task)
+    ]
 
 
 def _interval(successes: int, trials: int) -> list[float]:
@@ -244,6 +286,9 @@ def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
     only = ""
     if content["only"] is not None:
         only = f" --only {shlex.quote(content['only'])}"
+    over = "successful trials"
+    if table.group is not None:
+        over = "trials in which all compared cases succeed"
     heads = [
         "case",
         "success [%]",
@@ -255,8 +300,7 @@ def to_markdown(table: Table, content: Mapping[str, Any]) -> str:
         "",
         f"{content['trials']} trials a case, seed {content['seed']}; the "
         "interval of the success rate is Wilson's, of 95 %; means are over "
-        "successful trials; the dissertation's figures in brackets. "
-        + table.conditions,
+        f"{over}; the dissertation's figures in brackets. " + table.conditions,
         "",
         f"    mobarm reproduce {content['table']} --trials "
         f"{content['trials']} --seed {content['seed']}{only}",

@@ -3,13 +3,17 @@
 import csv
 import json
 import math
+import shlex
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from drake_mobarm import load_scenario
 from drake_mobarm.exceptions import OutputError, ReportWarning
 from drake_mobarm.homing.tables import TABLES
+from drake_mobarm.job import Column, Trial
 from drake_mobarm.runtime import tables as tables_module
 from drake_mobarm.runtime.tables import reproduce, summarise
 from helpers.refusals import assert_refused
@@ -211,3 +215,91 @@ def test_a_table_of_some_cases_says_so_and_is_another_result(
     assert "--only 'filter, '" in text
     with pytest.raises(OutputError, match="another"):
         reproduce("2.3", tmp_path, jobs=1)
+
+
+def row_of(case, success, time):
+    return {"case": case, "success": success, "time": time}
+
+
+TIMES = (
+    Column("mean_time", "mean", "time"),
+    Column("median_time", "median", "time", median=True),
+)
+
+
+def test_a_median_is_the_middle_of_the_successes():
+    table = replace(TABLES["2.3"], columns=TIMES)
+    (summary,) = summarise(
+        table,
+        [row_of("c", True, t) for t in (1.0, 2.0, 9.0)]
+        + [row_of("c", False, 99.0)],
+    )
+    assert summary["mean_time"] == pytest.approx(4)
+    assert summary["median_time"] == pytest.approx(2)
+
+
+def test_compared_cases_are_averaged_over_what_all_of_a_group_solved():
+    table = replace(
+        TABLES["2.3"], columns=TIMES, group=lambda case: case.split()[0]
+    )
+    # Trials come task by task. The second task is not solved by "far b".
+    rows = [
+        row_of("far a", True, 1.0),
+        row_of("far b", True, 3.0),
+        row_of("near a", True, 5.0),
+        row_of("far a", True, 100.0),
+        row_of("far b", False, 200.0),
+        row_of("near a", True, 7.0),
+        row_of("far a", True, 2.0),
+        row_of("far b", True, 5.0),
+        row_of("near a", False, 300.0),
+    ]
+    far_a, far_b, near = summarise(table, rows)
+    assert far_a["mean_time"] == pytest.approx(1.5)
+    assert far_b["mean_time"] == pytest.approx(4)
+    assert near["mean_time"] == pytest.approx(6)
+    assert [x["trials_compared"] for x in (far_a, far_b, near)] == [2, 2, 2]
+    assert far_a["success_percent"] == pytest.approx(100)
+    assert far_b["success_percent"] == pytest.approx(200 / 3)
+
+
+def half(seed, number):
+    """Stands for an experiment that is a call of a law."""
+    if number == 3:
+        raise ArithmeticError("three is odd")
+    return SimpleNamespace(
+        success=True, reason="halved", metrics={"half": number / 2 + seed}
+    )
+
+
+def test_a_trial_may_be_a_call_and_its_command_repeats_it(
+    tmp_path, monkeypatch
+):
+    table = replace(
+        TABLES["2.3"],
+        scenario="",
+        call=half,
+        make_trials=lambda seed, count: [
+            Trial(case="c", seed=seed, notes={"number": n})
+            for n in range(2, 2 + count)
+        ],
+        columns=(Column("mean_half", "half", "half"),),
+        dissertation=lambda case: {},
+        sample=lambda result: np.array([result.metrics["half"]]),
+        draw=lambda rows, samples: {},
+    )
+    monkeypatch.setattr(tables_module, "find_tables", lambda: {"x": table})
+    content = reproduce("x", tmp_path, trials=3, jobs=1, seed=10)
+    (row,) = content["rows"]
+    # 2 / 2 + 10 and 4 / 2 + 10; 3 fails.
+    assert row["mean_half"] == pytest.approx(11.5)
+    assert row["success_percent"] == pytest.approx(200 / 3)
+    with (tmp_path / "trials.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["number"] for row in rows] == ["2", "3", "4"]
+    assert rows[1]["reason"] == "ArithmeticError: three is odd"
+    program, option, line = shlex.split(rows[2]["command"])
+    assert (program, option) == ("python", "-c")
+    assert line == (
+        f"from {half.__module__} import half; print(half(seed=10, number=4))"
+    )

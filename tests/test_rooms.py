@@ -49,7 +49,12 @@ DRAKE_NAMED = {
     "placement/stand_program.py",  # By MathematicalProgram.
 }
 # Who draws with matplotlib, when a picture is made.
-PICTURE_FILES = {"report.py", "tables.py", "table_pictures.py"}
+PICTURE_FILES = {
+    "report.py",
+    "tables.py",
+    "table_pictures.py",
+    "offline_pictures.py",
+}
 PICTURE_ROOMS = {"drawing"}
 NO_LAWS = DRAKE_FILES | PICTURE_FILES
 # Who knows no job.

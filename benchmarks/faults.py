@@ -90,7 +90,12 @@ def make_blocks(name: str, scenario: HomingScenario) -> dict[str, System]:
         p_BA = np.array(ANTENNA_POSITION)
         antenna = BeaconSensor(station.beacon, beacon, p_BA)
         return {"beacon": corrupt(antenna, changes)}
-    wheels = Odometry(station.base_drive.base, scenario.start, ODOMETRY_RATE)
+    wheels = Odometry(
+        station.odometry,
+        station.base_drive.base,
+        scenario.start,
+        ODOMETRY_RATE,
+    )
     return {"odometry": corrupt(wheels, changes)}
 
 

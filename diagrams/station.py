@@ -117,7 +117,12 @@ def build_station(
     )
     wiring.add(
         "odometry",
-        lambda: Odometry(parameters.base_drive.base, start, _ODOMETRY_RATE),
+        lambda: Odometry(
+            parameters.odometry,
+            parameters.base_drive.base,
+            start,
+            _ODOMETRY_RATE,
+        ),
         sizes("measured_base_pose", "measured_base_velocity"),
     )
     lidar, antenna = parameters.lidar, parameters.beacon

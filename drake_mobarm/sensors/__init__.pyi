@@ -3,6 +3,7 @@ from .beacon import Beacon as Beacon
 from .beacon import BeaconNoise as BeaconNoise
 from .beacon import BeaconParameters as BeaconParameters
 from .lidar import LidarParameters as LidarParameters
+from .odometry import OdometryParameters as OdometryParameters
 from .rssi import BEACONS as BEACONS
 from .rssi import RssiModel as RssiModel
 from .rssi import calibrate as calibrate

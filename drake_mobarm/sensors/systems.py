@@ -27,7 +27,13 @@ from drake_mobarm.sensors.beacon import (
     read_beacon,
 )
 from drake_mobarm.sensors.lidar import LidarParameters, cast_rays, read_lidar
-from drake_mobarm.sensors.odometry import integrate_wheels
+from drake_mobarm.sensors.odometry import (
+    OdometryParameters,
+    believed_base,
+    count_ticks,
+    integrate_wheels,
+    scale_wheels,
+)
 from drake_mobarm.sensors.rssi import BEACONS
 from drake_mobarm.sensors.scan_matching import (
     ScanMatchingParameters,
@@ -184,13 +190,24 @@ class Odometry(LeafSystem):
     - measured_base_velocity (2): BaseVelocity [m/s, rad/s].
 
     No direct feedthrough.
+
+    Args:
+        parameters: how what it believes differs from the base's figures.
+        base: those figures.
+        start: X_WB at the start, [x, y, yaw] in m and rad.
+        rate: samples a second [Hz].
     """
 
     def __init__(
-        self, base: DifferentialDrive, start: Sequence[float], rate: float
+        self,
+        parameters: OdometryParameters,
+        base: DifferentialDrive,
+        start: Sequence[float],
+        rate: float,
     ) -> None:
         super().__init__()
-        self._base = base
+        self._parameters = parameters
+        self._base = believed_base(base, parameters)
         self._wheels = self.DeclareVectorInputPort(
             "measured_wheel_state", size(WheelState)
         )
@@ -206,6 +223,8 @@ class Odometry(LeafSystem):
 
     def _update(self, context: Context, state: DiscreteValues) -> None:
         left, right, *speeds = self._wheels.Eval(context).tolist()
+        ticks = self._parameters.encoder_ticks
+        left, right = count_ticks(left, ticks), count_ticks(right, ticks)
         last_left, last_right = (
             context.get_discrete_state(self._last_angles).value().tolist()
         )
@@ -213,11 +232,16 @@ class Odometry(LeafSystem):
             self._pose,
             integrate_wheels(
                 context.get_discrete_state(self._pose).value().tolist(),
-                (left - last_left, right - last_right),
+                scale_wheels(
+                    (left - last_left, right - last_right), self._parameters
+                ),
                 self._base,
             ),
         )
-        state.set_value(self._velocity, self._base.body_velocity(*speeds))
+        state.set_value(
+            self._velocity,
+            self._base.body_velocity(*scale_wheels(speeds, self._parameters)),
+        )
         state.set_value(self._last_angles, (left, right))
 
 

@@ -7,6 +7,7 @@ from drake_mobarm.frozen import frozen
 from drake_mobarm.robot.shape import STOWED
 from drake_mobarm.sensors.beacon import BeaconParameters
 from drake_mobarm.sensors.lidar import LidarParameters
+from drake_mobarm.sensors.odometry import OdometryParameters
 from drake_mobarm.sensors.scan_matching import ScanMatchingParameters
 from drake_mobarm.station.arm_drive import ArmDriveParameters
 from drake_mobarm.station.base_drive import BaseDriveParameters
@@ -33,6 +34,7 @@ class StationParameters:
         beacon: how the antenna array hears a beacon.
         base_drive: the base driver.
         arm_drive: the arm driver.
+        odometry: what the wheels' odometry gets wrong, besides slip.
         localization: what the measured pose comes from: `odometry`, or
             `scan_matching`, which corrects odometry by the lidar.
         scan_matching: parameters of that.
@@ -44,6 +46,7 @@ class StationParameters:
     beacon: BeaconParameters = field(default_factory=BeaconParameters)
     base_drive: BaseDriveParameters = field(default_factory=BaseDriveParameters)
     arm_drive: ArmDriveParameters = field(default_factory=ArmDriveParameters)
+    odometry: OdometryParameters = field(default_factory=OdometryParameters)
     localization: str = "scan_matching"
     scan_matching: ScanMatchingParameters = field(
         default_factory=ScanMatchingParameters

@@ -250,6 +250,7 @@ REACHES = {
         for key in ("wheel_radius", "track", "wheel_speed_limit")
     },
     "station.arm_drive": {"arm_driver"},
+    "station.odometry": {"odometry"},
     "station.localization": {"localization"},
     "station.scan_matching": {"localization"},
 }

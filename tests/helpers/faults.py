@@ -43,7 +43,12 @@ def faulty_odometry(scenario, fault):
     """Odometry; `fault(time, x, y, yaw)` is the pose that it tells."""
     builder = DiagramBuilder()
     odometry = builder.AddSystem(
-        Odometry(scenario.station.base_drive.base, scenario.start, 100.0)
+        Odometry(
+            scenario.station.odometry,
+            scenario.station.base_drive.base,
+            scenario.start,
+            100.0,
+        )
     )
     falsify = builder.AddSystem(_Falsify(fault))
     builder.Connect(

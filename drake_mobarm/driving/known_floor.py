@@ -56,7 +56,8 @@ class KnownFloor:
         count = int(np.count_nonzero(is_free))
         starts = np.searchsorted(rows, np.arange(count + 1))
         places = places.reshape(-1, 2)[is_free]
-        self._number = np.where(is_free, number, -1).reshape(clearance.shape)
+        self._shape = clearance.shape
+        self._number = np.where(is_free, number, -1).reshape(self._shape)
         self._step = step * grid.cell
         self._tree = KDTree(places) if count else None
         self._floor = Floor(
@@ -71,7 +72,7 @@ class KnownFloor:
             self._nearest,
         )
         beside = binary_dilation(~grid.occupied)
-        self._edge = grid.centres()[grid.occupied & beside]
+        self._edge: Array = grid.centres()[grid.occupied & beside]
         self._edge_tree = KDTree(self._edge) if len(self._edge) else None
 
     def near(self, position: Array) -> Array:
@@ -139,8 +140,9 @@ class KnownFloor:
         around = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
         around = around[np.hypot(*around.T) <= reach]
         middle = np.rint((points - self._grid.origin) / self._step)
-        columns, rows = np.moveaxis(middle[:, None].astype(int) + around, -1, 0)
-        ny, nx = self._number.shape
+        squares = middle[:, None].astype(int) + around
+        columns, rows = squares[..., 0], squares[..., 1]
+        ny, nx = self._shape
         inside = (columns >= 0) & (columns < nx) & (rows >= 0) & (rows < ny)
         number = np.full(inside.shape, -1)
         number[inside] = self._number[rows[inside], columns[inside]]

@@ -61,13 +61,16 @@ def timed(function: Callable[..., Any], *arguments: Any) -> tuple[float, Any]:
 
 
 def measure_build(
-    grid: OccupancyGrid, parameters: HighwayParameters, repetitions: int
+    grid: OccupancyGrid,
+    parameters: HighwayParameters,
+    repetitions: int,
+    points: str = "adaptive",
 ) -> dict[str, Any]:
     """Best and median times of a highway with its table [s]."""
     build, table = [], []
     for _ in range(repetitions):
         rng = np.random.default_rng(SEED)
-        seconds, highway = timed(build_highway, grid, parameters, rng)
+        seconds, highway = timed(build_highway, grid, parameters, rng, points)
         build.append(seconds)
         table.append(timed(getattr, highway, "length")[0])
     return {
@@ -113,15 +116,17 @@ def measure_growth(repetitions: int) -> dict[str, list[dict[str, Any]]]:
     fine = plan.grid(0.1, RADIUS)
 
     def random(count: int) -> HighwayParameters:
-        return HighwayParameters(points="random", count=count)
+        return HighwayParameters(count=count)
 
     return {
         "points": [
-            measure_build(fine, random(count), repetitions)
+            measure_build(fine, random(count), repetitions, "random")
             for count in GROWTH_POINTS
         ],
         "squares": [
-            measure_build(plan.grid(cell, RADIUS), random(200), repetitions)
+            measure_build(
+                plan.grid(cell, RADIUS), random(200), repetitions, "random"
+            )
             for cell in GROWTH_SQUARES
         ],
     }

@@ -25,7 +25,11 @@ from drake_mobarm.navigation.field_planner import (
     HighwayPlanner,
 )
 from drake_mobarm.navigation.highway import Highway, build_highway
-from drake_mobarm.navigation.job import NavigationParameters, NavigationScenario
+from drake_mobarm.navigation.job import (
+    FLOOR_PLANS,
+    NavigationParameters,
+    NavigationScenario,
+)
 from drake_mobarm.navigation.map_planner import MapPlanner
 from drake_mobarm.navigation.planner import PlannerLaw
 from drake_mobarm.navigation.systems import NavigationPlanner
@@ -36,6 +40,7 @@ from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
 from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.floor_plan import FloorPlan, adaptive_grid_size
+from drake_mobarm.world.floor_plan_files import floor_plan_of, read_floor_plan
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
 
@@ -157,7 +162,7 @@ def make_highway(
     )
     grid = plan.grid(size, RADIUS)
     rng = np.random.default_rng([seed, 3])
-    return grid, build_highway(grid, parameters.highway, rng)
+    return grid, build_highway(grid, parameters.highway, rng, parameters.points)
 
 
 @lru_cache(maxsize=4)
@@ -166,12 +171,33 @@ def known_floor(plan: FloorPlan) -> KnownFloor:
     return KnownFloor(plan.grid(plan.resolution, 0.0))
 
 
+def load_plan(scenario: NavigationScenario) -> FloorPlan | None:
+    """The floor plan that a scenario gives the robot, if any.
+
+    Raises:
+        MapError: the map cannot be read.
+    """
+    places = (scenario.start[:2], scenario.target)
+    return _load_plan(
+        scenario.world, scenario.meshes, scenario.floor_plan, places
+    )
+
+
 @lru_cache(maxsize=8)
-def load_plan(world: str, meshes: str, floor_plan: str) -> FloorPlan | None:
-    """The floor plan that a scenario gives the robot, if any."""
+def _load_plan(
+    world: str,
+    meshes: str,
+    floor_plan: str,
+    places: tuple[tuple[float, ...], ...],
+) -> FloorPlan | None:
     if floor_plan == "none":
         return None
-    return FloorPlan.from_world(load_world(world, meshes))
+    if floor_plan not in FLOOR_PLANS:
+        return read_floor_plan(floor_plan)
+    building = load_world(world, meshes)
+    if floor_plan == "given":
+        return floor_plan_of(building, places)
+    return FloorPlan.from_world(building, cover=places)
 
 
 def build(
@@ -210,7 +236,7 @@ def build(
         scenario.calibration_noise,
         np.random.default_rng(built_seed),
     )
-    plan = load_plan(scenario.world, scenario.meshes, scenario.floor_plan)
+    plan = load_plan(scenario)
     wiring = Wiring()
     wiring.add(
         "station",

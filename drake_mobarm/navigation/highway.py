@@ -11,7 +11,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 from scipy.spatial import KDTree
 
-from drake_mobarm.checks import at_least, not_negative, one_of, positive
+from drake_mobarm.checks import (
+    at_least,
+    not_negative,
+    one_of,
+    positive,
+    require,
+)
 from drake_mobarm.exceptions import ParameterError
 from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
@@ -22,6 +28,9 @@ from drake_mobarm.navigation.highway_points import (
 from drake_mobarm.navigation.highway_repair import cover_floor, join_pieces
 from drake_mobarm.navigation.line_of_sight import LineOfSight
 from drake_mobarm.world.occupancy import OccupancyGrid
+
+POINTS = ("adaptive", "random")
+"""How the points of a highway are chosen."""
 
 # Up to so many points all best paths are worked out together; beyond, those
 # from one point are when they are first asked for.
@@ -35,8 +44,6 @@ class HighwayParameters:
     """How the points of a highway are chosen.
 
     Attributes:
-        points: "adaptive", number and spacing by the obstacles' density,
-            (3.3) to (3.5); or "random", by `count` and `min_distance`.
         count: number of random points; the text leaves it to the user.
         min_distance: between two random points to begin with [m]; the text
             advises a large one, as it shrinks where there is no room.
@@ -48,7 +55,6 @@ class HighwayParameters:
             less than this [m^2] has no points; the text has no such limit.
     """
 
-    points: str = "adaptive"
     count: int = 100
     min_distance: float = 2.0
     blur: float = 1.0
@@ -56,7 +62,6 @@ class HighwayParameters:
     smallest_region: float = 0.5
 
     def __post_init__(self) -> None:
-        one_of(self, ("adaptive", "random"), "points")
         one_of(self, (True, False), "repair")
         at_least(self, 1, "count")
         positive(self, "min_distance")
@@ -226,6 +231,7 @@ def build_highway(
     grid: OccupancyGrid,
     parameters: HighwayParameters,
     rng: np.random.Generator,
+    points: str = "adaptive",
 ) -> Highway:
     """Chooses points and links those that see each other.
 
@@ -234,30 +240,35 @@ def build_highway(
             not be: they are grown by its radius.
         parameters: how to choose.
         rng: source of the choice.
+        points: one of `POINTS`: `adaptive`, number and spacing by the
+            obstacles' density, (3.3) to (3.5); or `random`, by `count` and
+            `min_distance`.
 
     Raises:
-        ParameterError: the grid has no free region that is large enough, or
-            fewer free squares than random points are asked for.
+        ParameterError: `points` is no such way; the grid has no free region
+            that is large enough, or fewer free squares than random points are
+            asked for.
     """
+    require(points in POINTS, "points", points, ", ".join(POINTS))
     grid = _without_pockets(grid, parameters.smallest_region)
-    if parameters.points == "random":
-        points = choose_random_points(
+    if points == "random":
+        chosen = choose_random_points(
             grid, parameters.count, parameters.min_distance, rng
         )
     else:
-        points = choose_adaptive_points(grid, parameters.blur, rng)
+        chosen = choose_adaptive_points(grid, parameters.blur, rng)
     sight = LineOfSight(grid)
     if parameters.repair:
-        points = np.vstack([points, cover_floor(grid, sight, points)])
-    links = sight.links(points)
-    highway = Highway.from_links(points, links)
+        chosen = np.vstack([chosen, cover_floor(grid, sight, chosen)])
+    links = sight.links(chosen)
+    highway = Highway.from_links(chosen, links)
     if not parameters.repair or highway.pieces == 1:
         return highway
-    added = join_pieces(grid, sight, points, highway.piece_of)
-    crossing = sight.links(points, added) + np.array([0, len(points)])
-    among = sight.links(added) + len(points)
+    added = join_pieces(grid, sight, chosen, highway.piece_of)
+    crossing = sight.links(chosen, added) + np.array([0, len(chosen)])
+    among = sight.links(added) + len(chosen)
     return Highway.from_links(
-        np.vstack([points, added]), np.vstack([links, crossing, among])
+        np.vstack([chosen, added]), np.vstack([links, crossing, among])
     )
 
 

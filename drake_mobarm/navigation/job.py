@@ -11,6 +11,7 @@ from drake_mobarm.checks import (
     not_negative,
     one_of,
     positive,
+    require,
     within,
 )
 from drake_mobarm.driving.map_avoidance_state import MapAvoidanceParameters
@@ -19,7 +20,7 @@ from drake_mobarm.frozen import frozen
 from drake_mobarm.geometry import Array
 from drake_mobarm.job import Job, Trace, Verdict
 from drake_mobarm.navigation.escape import EscapeParameters
-from drake_mobarm.navigation.highway import HighwayParameters
+from drake_mobarm.navigation.highway import POINTS, HighwayParameters
 from drake_mobarm.navigation.highway_force import HighwayForceParameters
 from drake_mobarm.navigation.metrics import (
     FreeFloor,
@@ -31,11 +32,13 @@ from drake_mobarm.navigation.steering import SteeringParameters
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.station.parameters import StationParameters
+from drake_mobarm.world.floor_plan_files import MAP_SUFFIXES
 from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.places import Place
 
 PLANNERS = ("ours", "apf", "apf_escape", "apf_hw")
+FLOOR_PLANS = ("given", "world", "none")
 TARGETS = ("beacon", "known")
 
 
@@ -56,6 +59,8 @@ class NavigationParameters:
         potential: shape of the field of the others.
         steering: from force to velocity.
         escape: the escape force of `apf_escape`.
+        points: how the points of the highway are chosen: `adaptive`, by the
+            obstacles' density, or `random`.
         grid_size: of the highway's squares [m]; 0 for (3.1).
         highway: how its points are chosen.
         pull: how strongly it pulls.
@@ -71,12 +76,14 @@ class NavigationParameters:
     potential: PotentialParameters = field(default_factory=PotentialParameters)
     steering: SteeringParameters = field(default_factory=SteeringParameters)
     escape: EscapeParameters = field(default_factory=EscapeParameters)
+    points: str = "adaptive"
     grid_size: float = 0.0
     highway: HighwayParameters = field(default_factory=HighwayParameters)
     pull: HighwayForceParameters = field(default_factory=HighwayForceParameters)
 
     def __post_init__(self) -> None:
         one_of(self, PLANNERS, "planner")
+        one_of(self, POINTS, "points")
         positive(self, "arrival_distance")
         not_negative(self, "grid_size")
 
@@ -91,9 +98,10 @@ class NavigationScenario(NavigationParameters):
         meshes: what becomes of a mesh in the world: `refuse` it, or put an
             oriented box (`boxes`) or the convex hull (`hulls`) in the place
             of each of its connected parts.
-        floor_plan: what the robot is given: `given`, that of a shipped world,
-            made from any other world; `world`, made from the world, so that
-            it shows all; `none`; or the path of a map's YAML file.
+        floor_plan: of the robot: `given`, that of a shipped world, which
+            differs from it, or made from any other world; `world`, made from
+            the world, so that it shows all; `none`; or the path of a map's
+            YAML file.
         start: X_WB of the base, [x, y, yaw] in m and rad.
         target: p_WT [m], (2,).
         target_from: how the robot knows it: by a `beacon` in its place, or it
@@ -125,6 +133,13 @@ class NavigationScenario(NavigationParameters):
         finite_numbers(self, "[x, y] in m", "target")
         one_of(self, MESHES, "meshes")
         one_of(self, TARGETS, "target_from")
+        require(
+            self.floor_plan in FLOOR_PLANS
+            or self.floor_plan.lower().endswith(MAP_SUFFIXES),
+            "floor_plan",
+            self.floor_plan,
+            f"{', '.join(FLOOR_PLANS)}, or the path of a map's YAML file",
+        )
         one_of(self, NOISE_CONFIGURATIONS, "noise")
         within(self, "(0, 3600]", "time_limit")
         within(self, "[0, 20)", "calibration_noise")

@@ -42,7 +42,7 @@ FORCES = {
 """Colour of each force's arrow."""
 
 _HIGHWAY = Rgba(0.45, 0.35, 0.75)
-_LINKS = Rgba(0.45, 0.35, 0.75, 0.25)
+_LINKS = Rgba(0.80, 0.77, 0.92)
 _WAYS = Rgba(0.93, 0.45, 0.05, 0.8)
 _SCAN = Rgba(0.80, 0.10, 0.50)
 # The drawn path has a corner at least so often [m].

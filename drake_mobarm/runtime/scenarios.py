@@ -14,6 +14,7 @@ from drake_mobarm.job import Job, find_job, job_names
 from drake_mobarm.runtime.own_diagram import load_own_diagram
 from drake_mobarm.runtime.typed_values import from_values, to_values
 from drake_mobarm.runtime.yaml_text import read_yaml, write_yaml
+from drake_mobarm.world.floor_plan_files import MAP_SUFFIXES
 from drake_mobarm.world.places import check_places
 from drake_mobarm.world.sdf import WORLD_SUFFIXES, load_world
 
@@ -178,7 +179,11 @@ def _check(job: Job, scenario: Any) -> None:
 
 def _anchor(values: dict[str, Any], folder: Path) -> None:
     """Makes paths of files in a folder absolute, to be found from elsewhere."""
-    for key, endings in (("diagram", (".py",)), ("world", WORLD_SUFFIXES)):
+    for key, endings in (
+        ("diagram", (".py",)),
+        ("world", WORLD_SUFFIXES),
+        ("floor_plan", MAP_SUFFIXES),
+    ):
         value = values.get(key)
         if isinstance(value, str) and value.lower().endswith(endings):
             file = folder / value

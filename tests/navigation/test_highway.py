@@ -198,8 +198,9 @@ def test_paths_are_the_same_without_the_whole_table(highway, kept):
 def test_points_of_an_empty_hall_all_see_each_other():
     highway = build_highway(
         plan_of(np.zeros((20, 20))),
-        HighwayParameters(points="random", count=8),
+        HighwayParameters(count=8),
         rng(),
+        "random",
     )
     assert len(highway.points) == 8
     assert len(highway.links) == 28
@@ -209,14 +210,13 @@ def test_points_of_an_empty_hall_all_see_each_other():
 def test_random_points_are_those_chosen_by_count_and_distance():
     grid = plan_of(rng(1).random((12, 12)) < 0.1)
     parameters = HighwayParameters(
-        points="random",
         count=9,
         min_distance=3.0,
         repair=False,
         smallest_region=0,
     )
     np.testing.assert_array_equal(
-        build_highway(grid, parameters, rng(4)).points,
+        build_highway(grid, parameters, rng(4), "random").points,
         choose_random_points(grid, 9, 3.0, rng(4)),
     )
 
@@ -229,10 +229,8 @@ def test_random_points_are_those_chosen_by_count_and_distance():
 )
 def test_links_cross_no_obstacle_square(seed, points, repair):
     grid = plan_of(rng(seed).random((12, 12)) < 0.25, cell=0.25)
-    parameters = HighwayParameters(
-        points=points, count=20, repair=repair, smallest_region=0
-    )
-    highway = build_highway(grid, parameters, rng(seed))
+    parameters = HighwayParameters(count=20, repair=repair, smallest_region=0)
+    highway = build_highway(grid, parameters, rng(seed), points)
     x, y = grid.centres()[grid.occupied].T
     half = grid.cell / 2
     obstacles = shapely.union_all(
@@ -276,7 +274,6 @@ def test_same_seed_gives_the_same_highway():
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("points", "many"),
         ("count", 0),
         ("min_distance", 0.0),
         ("blur", -1.0),

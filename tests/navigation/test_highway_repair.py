@@ -107,10 +107,8 @@ def test_floor_that_is_in_sight_needs_no_points():
 )
 def test_repaired_highway_has_one_piece_a_region(seed, share, points):
     grid = plan_of(rng(seed).random((15, 17)) < share)
-    parameters = HighwayParameters(
-        points=points, count=3, smallest_region=0, min_distance=1.0
-    )
-    highway = build_highway(grid, parameters, rng(seed))
+    parameters = HighwayParameters(count=3, smallest_region=0, min_distance=1.0)
+    highway = build_highway(grid, parameters, rng(seed), points)
     regions = free_regions(grid)
     assert highway.pieces == len(regions)
     # And each piece is in one region: its links are no way out.
@@ -168,7 +166,7 @@ def test_maze_of_corridors_becomes_one_piece(seed):
         seen.add((nr, nc))
         stack.append((nr, nc))
     grid = plan_of(occupied)
-    parameters = HighwayParameters(points="random", count=5)
-    alone = HighwayParameters(points="random", count=5, repair=False)
-    assert build_highway(grid, alone, rng(seed)).pieces > 1
-    assert build_highway(grid, parameters, rng(seed)).pieces == 1
+    parameters = HighwayParameters(count=5)
+    alone = HighwayParameters(count=5, repair=False)
+    assert build_highway(grid, alone, rng(seed), "random").pieces > 1
+    assert build_highway(grid, parameters, rng(seed), "random").pieces == 1

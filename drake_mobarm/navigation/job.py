@@ -161,7 +161,9 @@ def _judge(
     arrived = bool(outputs["arrived"][0] > 0.5)
     given_up, x, y = outputs["given_up"]
     shut = (x, y) if given_up > 0.5 else None
-    verdict = judge(metrics, arrived, scenario.time_limit, shut)
+    verdict = judge(
+        metrics, trace, scenario.target, arrived, scenario.time_limit, shut
+    )
     return Verdict(*verdict, metrics)
 
 

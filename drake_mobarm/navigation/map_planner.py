@@ -28,6 +28,8 @@ from drake_mobarm.sensors.lidar import LidarParameters
 # A robot whose way is more than this off its heading [rad] drives it with its
 # other end ahead.
 _OTHER_END = 2.0
+# The first estimates of a target are not to be trusted, for so long [s].
+_SETTLING = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,10 +40,12 @@ class MapMemory(Immutable):
         avoidance: of driving by a map, for a robot B' that is B, or B turned
             by half a turn while it drives backwards.
         backwards: whether it does.
+        time: since the target is known [s].
     """
 
     avoidance: MapAvoidanceState = field(default_factory=initial_state)
     backwards: bool = False
+    time: float = 0.0
 
 
 class MapPlanner:
@@ -103,11 +107,13 @@ class MapPlanner:
             error = wrap_angle(math.atan2(dy, dx) - float(pose[2]))
             backwards ^= abs(error) > _OTHER_END
         distance = np.hypot(*(p_WT - pose[:2]))
+        near = bool(distance < self._arrival_distance)
+        time = state.memory.time + self._period
         plan = avoidance.plan
         return replace(
             state,
-            memory=MapMemory(avoidance, backwards),
-            arrived=bool(distance < self._arrival_distance),
+            memory=MapMemory(avoidance, backwards, time),
+            arrived=near and time > _SETTLING,
             shut=avoidance.shut,
             paths=() if plan is None else (plan.route.places,),
         )

@@ -19,6 +19,10 @@ from drake_mobarm.world.occupancy import OccupancyGrid
 SUCCESS_DISTANCE = 1.0
 """A run that ends by itself nearer than this to the target succeeded [m]."""
 
+# A robot that has stayed within so small a square [m] for so long [s] is
+# trapped.
+_TRAP_SIZE, _TRAP_TIME = 1.0, 15.0
+
 
 @dataclass(frozen=True, eq=False)
 class FreeFloor:
@@ -166,6 +170,8 @@ def _jerk(time: Array, speed: Array) -> float:
 
 def judge(
     metrics: Mapping[str, float],
+    trace: Mapping[str, Array],
+    target: ArrayLike,
     arrived: bool,
     time_limit: float,
     shut: tuple[float, float] | None = None,
@@ -174,16 +180,33 @@ def judge(
 
     Args:
         metrics: of the run.
+        trace: of the run, as for `navigation_metrics`, with
+            `estimated_target` (n, 3).
+        target: true p_WT [m], (2,).
         arrived: whether it ended by itself at the target.
         time_limit: of the run [s].
         shut: where the robot found no way on and gave up [m], if it did.
     """
     error = metrics["final_position_error_m"]
-    if not arrived and shut is not None:
+    if arrived and error < SUCCESS_DISTANCE:
+        return True, "arrived at the target"
+    off = float(
+        np.linalg.norm(trace["estimated_target"][-1, :2] - np.asarray(target))
+    )
+    lost = ""
+    if off > SUCCESS_DISTANCE:
+        lost = f", the target's estimate {off:.2f} m off"
+    if arrived:
+        return False, f"stopped {error:.2f} m from the target{lost}"
+    if shut is not None:
         x, y = shut
         return False, f"gave up: no way on was found at [{x:.2f}, {y:.2f}]"
-    if not arrived:
-        return False, f"time limit of {time_limit:g} s reached"
-    if not error < SUCCESS_DISTANCE:
-        return False, f"ended {error:.2f} m from the target"
-    return True, "arrived at the target"
+    x, y = trace["ground_truth"][-1, :2]
+    late = trace["t"] > trace["t"][-1] - _TRAP_TIME
+    recent = trace["ground_truth"][late]
+    extent = float(np.ptp(recent[:, :2], axis=0).max())
+    what = f"time limit of {time_limit:g} s reached"
+    if extent < _TRAP_SIZE and time_limit > _TRAP_TIME:
+        held = np.mean(recent[:, 5] > 0.5) > 0.5
+        what = f"{'held by contact' if held else 'trapped'}"
+    return False, f"{what} at [{x:.2f}, {y:.2f}]{lost}"

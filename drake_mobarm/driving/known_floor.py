@@ -83,6 +83,11 @@ class KnownFloor:
         near: Array = self._edge[np.array(found, dtype=int)]
         return near
 
+    def room(self, place: Array) -> float:
+        """How far a place p_WQ is from all on the plan [m]; 0 on a thing."""
+        row, column = self._grid.index(place)
+        return float(self._distance[row, column])
+
     def unknown(self, points: Array) -> Array:
         """Of points p_WP [m], (n, 2), those that the plan does not show."""
         rows, columns = self._grid.index(points)

@@ -1,9 +1,12 @@
 """Navigation: drive through a furnished building to a target (chapter 3)."""
 
-from collections.abc import Mapping
-from dataclasses import field
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
+
+import numpy as np
 
 from drake_mobarm.checks import (
     check_seed,
@@ -34,7 +37,7 @@ from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.world.floor_plan_files import MAP_SUFFIXES
 from drake_mobarm.world.meshes import MESHES
-from drake_mobarm.world.obstacles import outlines
+from drake_mobarm.world.obstacles import clearance
 from drake_mobarm.world.places import Place
 
 PLANNERS = ("ours", "apf", "apf_escape", "apf_hw")
@@ -149,32 +152,66 @@ class NavigationScenario(NavigationParameters):
 def _places(scenario: NavigationScenario) -> list[Place]:
     return [
         Place("start", scenario.start, robot=True),
-        Place("target", scenario.target),
+        Place("target", scenario.target, solid=True),
     ]
 
 
 def _judge(
     scenario: NavigationScenario, trace: Trace, outputs: Mapping[str, Any]
 ) -> Verdict:
-    footprint, floor = _floor(scenario.world, scenario.meshes)
-    metrics = navigation_metrics(trace, scenario.target, footprint, floor)
+    building = _building(scenario.world, scenario.meshes)
+    metrics = navigation_metrics(
+        trace, scenario.target, building.footprint, building.floor
+    )
     arrived = bool(outputs["arrived"][0] > 0.5)
     given_up, x, y = outputs["given_up"]
-    shut = (x, y) if given_up > 0.5 else None
-    verdict = judge(
+    shut = None
+    if given_up > 0.5:
+        shut = f"{building.nearest((x, y))} at [{x:.2f}, {y:.2f}]"
+    on = building.nearest(scenario.target, within=0.0)
+    success, reason = judge(
         metrics, trace, scenario.target, arrived, scenario.time_limit, shut
     )
-    return Verdict(*verdict, metrics)
+    if on is not None:
+        reason += f"; the target is inside {on}"
+    return Verdict(success, reason, metrics)
+
+
+@dataclass(frozen=True, eq=False)
+class _Building:
+    """What can be touched in a world, and the floor among it."""
+
+    names: list[str]
+    footprint: list[Array]
+    floor: FreeFloor
+
+    def nearest(
+        self, place: Sequence[float], within: float = math.inf
+    ) -> str | None:
+        """The name of the thing nearest to a place [m], if within so far."""
+        point = np.array(place)
+        apart = [float(clearance([o], point)) for o in self.footprint]
+        if not apart or min(apart) > within:
+            return None
+        return self.names[int(np.argmin(apart))]
 
 
 @lru_cache(maxsize=4)
-def _floor(world: str, meshes: str) -> tuple[list[Array], FreeFloor]:
-    """What can be touched in a world, and the floor among it."""
+def _building(world: str, meshes: str) -> _Building:
     # Drake's parser is not for laws.
     from drake_mobarm.world.sdf import load_world
 
-    footprint = outlines(load_world(world, meshes).obstacles, *HEIGHTS)
-    return footprint, FreeFloor.from_outlines(footprint)
+    found = [
+        (o.name, o.outline(*HEIGHTS))
+        for o in load_world(world, meshes).obstacles
+    ]
+    met = [(name, shape) for name, shape in found if shape is not None]
+    footprint = [shape for _, shape in met]
+    return _Building(
+        [name for name, _ in met],
+        footprint,
+        FreeFloor.from_outlines(footprint),
+    )
 
 
 JOB = Job(

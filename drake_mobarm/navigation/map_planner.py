@@ -23,11 +23,16 @@ from drake_mobarm.driving.waypoint import ControllerParameters, drive_to
 from drake_mobarm.geometry import Array, is_pose, wrap_angle
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.navigation.planner import PlannerState
+from drake_mobarm.robot.shape import RADIUS
 from drake_mobarm.sensors.lidar import LidarParameters
 
 # A robot whose way is more than this off its heading [rad] drives it with its
 # other end ahead.
 _OTHER_END = 2.0
+# At the end of a way that leads this near to a target [m], closer than that
+# [m], the robot is there if it cannot stand at the target itself.
+_BESIDE = 0.9
+_AT_END = 0.15
 # The first estimates of a target are not to be trusted, for so long [s].
 _SETTLING = 1.0
 
@@ -107,7 +112,9 @@ class MapPlanner:
             error = wrap_angle(math.atan2(dy, dx) - float(pose[2]))
             backwards ^= abs(error) > _OTHER_END
         distance = np.hypot(*(p_WT - pose[:2]))
-        near = bool(distance < self._arrival_distance)
+        near = bool(distance < self._arrival_distance) or self._is_beside(
+            avoidance, pose, p_WT
+        )
         time = state.memory.time + self._period
         plan = avoidance.plan
         return replace(
@@ -137,6 +144,22 @@ class MapPlanner:
             self._controller,
         )
         return forwards * speed, turn
+
+    def _is_beside(
+        self, avoidance: MapAvoidanceState, pose: Array, p_WT: Array
+    ) -> bool:
+        """Whether it is as near as it gets to a target on or beside a thing."""
+        if avoidance.plan is None or avoidance.pose is None:
+            return False
+        route = avoidance.plan.route
+        at_end = np.hypot(*(route.places[-1] - pose[:2])) < _AT_END
+        if not at_end or route.miss > _BESIDE:
+            return False
+        points = avoidance.map.points()
+        room = np.hypot(*(points - p_WT).T).min(initial=np.inf)
+        if self._known is not None and not avoidance.plan_is_wrong:
+            room = min(room, self._known.room(p_WT))
+        return bool(room < RADIUS)
 
 
 def _turned(pose_WB: Array, backwards: bool) -> Array:

@@ -174,7 +174,7 @@ def judge(
     target: ArrayLike,
     arrived: bool,
     time_limit: float,
-    shut: tuple[float, float] | None = None,
+    shut: str | None = None,
 ) -> tuple[bool, str]:
     """Whether the robot did its job, and why or why not.
 
@@ -185,7 +185,7 @@ def judge(
         target: true p_WT [m], (2,).
         arrived: whether it ended by itself at the target.
         time_limit: of the run [s].
-        shut: where the robot found no way on and gave up [m], if it did.
+        shut: what shuts the way, where the robot found none and gave up.
     """
     error = metrics["final_position_error_m"]
     if arrived and error < SUCCESS_DISTANCE:
@@ -199,8 +199,7 @@ def judge(
     if arrived:
         return False, f"stopped {error:.2f} m from the target{lost}"
     if shut is not None:
-        x, y = shut
-        return False, f"gave up: no way on was found at [{x:.2f}, {y:.2f}]"
+        return False, f"gave up: the way is shut by {shut}{lost}"
     x, y = trace["ground_truth"][-1, :2]
     late = trace["t"] > trace["t"][-1] - _TRAP_TIME
     recent = trace["ground_truth"][late]
@@ -208,5 +207,5 @@ def judge(
     what = f"time limit of {time_limit:g} s reached"
     if extent < _TRAP_SIZE and time_limit > _TRAP_TIME:
         held = np.mean(recent[:, 5] > 0.5) > 0.5
-        what = f"{'held by contact' if held else 'trapped'}"
+        what = "held by contact" if held else "trapped"
     return False, f"{what} at [{x:.2f}, {y:.2f}]{lost}"

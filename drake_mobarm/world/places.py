@@ -27,11 +27,13 @@ class Place:
         name: of the scenario's field.
         value: of that field; it begins with x and y in W [m].
         robot: whether the robot has to stand there; otherwise it is a point.
+        solid: whether that point may be inside an obstacle.
     """
 
     name: str
     value: Sequence[float]
     robot: bool = False
+    solid: bool = False
 
 
 def check_places(world: World, places: Sequence[Place]) -> None:
@@ -50,6 +52,8 @@ def check_places(world: World, places: Sequence[Place]) -> None:
     footprint = _footprint(world)
     walled = floor_within_walls(world)
     for place in places:
+        if place.solid:
+            continue
         room = float(clearance(footprint, np.array(place.value[:2])))
         if room <= (RADIUS if place.robot else 0.0):
             needed = (

@@ -33,8 +33,6 @@ _OTHER_END = 2.0
 # [m], the robot is there if it cannot stand at the target itself.
 _BESIDE = 0.9
 _AT_END = 0.15
-# The first estimates of a target are not to be trusted, for so long [s].
-_SETTLING = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,12 +43,10 @@ class MapMemory(Immutable):
         avoidance: of driving by a map, for a robot B' that is B, or B turned
             by half a turn while it drives backwards.
         backwards: whether it does.
-        time: since the target is known [s].
     """
 
     avoidance: MapAvoidanceState = field(default_factory=initial_state)
     backwards: bool = False
-    time: float = 0.0
 
 
 class MapPlanner:
@@ -115,12 +111,11 @@ class MapPlanner:
         near = bool(distance < self._arrival_distance) or self._is_beside(
             avoidance, pose, p_WT
         )
-        time = state.memory.time + self._period
         plan = avoidance.plan
         return replace(
             state,
-            memory=MapMemory(avoidance, backwards, time),
-            arrived=near and time > _SETTLING,
+            memory=MapMemory(avoidance, backwards),
+            arrived=near,
             shut=avoidance.shut,
             paths=() if plan is None else (plan.route.places,),
         )

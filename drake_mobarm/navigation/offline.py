@@ -35,9 +35,12 @@ Force = Callable[[Array], Array]
 """The force at a position p_WB [m], (2,): (2,)."""
 
 OFFLINE_POTENTIAL = PotentialParameters(
-    attraction_gain=0.05, repulsion_gain=0.02
+    attraction_gain=0.05,
+    conic_distance=1.0,
+    repulsion_gain=0.02,
+    influence_distance=0.4,
 )
-"""The shipped field, 1/20 as strong. A step is as long as the force is strong:
+"""Weaker than the field that robots drive by. A step is as long as the force is strong:
 so the attraction alone makes the longest step from 1 m on, and vanishes, by
 the text's rule, 0.2 m from the target. The dissertation gives no gains."""
 

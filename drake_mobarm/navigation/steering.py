@@ -16,7 +16,7 @@ class SteeringParameters:
         angular_gain: k_a, turn rate for a radian [1/s], positive.
     """
 
-    linear_gain: float = 0.8
+    linear_gain: float = 0.5
     angular_gain: float = 2.5
 
     def __post_init__(self) -> None:

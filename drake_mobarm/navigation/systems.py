@@ -15,6 +15,9 @@ from drake_mobarm.signals import (
     size,
 )
 
+# For so long after a target becomes known no robot is there [s].
+_SETTLING = 1.0
+
 
 class NavigationPlanner(LeafSystem):
     """Drives to the target by a planner's law.
@@ -37,7 +40,9 @@ class NavigationPlanner(LeafSystem):
     - estimated_target (3): TargetEstimate in W.
     - lidar_ranges (rays): [m], as `ray_angles` orders them.
     - commanded_base_velocity (2): BaseVelocity in B.
-    - arrived (1): 1 once the robot is at the target; it stays there.
+    - arrived (1): 1 once the robot is at the target; it stays there. In the
+      first second of a target's being known it is not: first estimates are
+      far off.
     - given_up (3): GivenUp, with the place of what shuts the way.
     - navigation_forces (6): NavigationForces in W; 0 for a law without them.
     - planned_paths: abstract, a tuple of the corners p_WQ of each way that the
@@ -65,6 +70,9 @@ class NavigationPlanner(LeafSystem):
         self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
         memory = self.DeclareAbstractState(Value(law.initial_state()))
         self._memory = int(memory)
+        self._period = 1 / lidar.rate
+        # Since the target is known [s].
+        self._known_for = self.DeclareDiscreteState(1)
         self._arrived = self.DeclareDiscreteState(1)
         self._given_up = self.DeclareDiscreteState(size(GivenUp))
         self._forces = self.DeclareDiscreteState(size(NavigationForces))
@@ -96,6 +104,10 @@ class NavigationPlanner(LeafSystem):
         ).get_value()
         return state
 
+    def _has_arrived(self, context: Context) -> bool:
+        arrived = context.get_discrete_state(self._arrived).value()
+        return bool(arrived[0] > 0.5)
+
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
         pose = self._pose.Eval(context)
         output.SetFromVector(self._law.command(self._state(context), pose))
@@ -106,7 +118,7 @@ class NavigationPlanner(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         target = TargetEstimate(self._target.Eval(context))
         memory = self._state(context)
-        if target.known < 0.5 or memory.arrived:
+        if target.known < 0.5 or self._has_arrived(context):
             return
         memory = self._law.update(
             memory,
@@ -116,7 +128,11 @@ class NavigationPlanner(LeafSystem):
         )
         state.get_mutable_abstract_state(self._memory).set_value(memory)
         discrete = state.get_mutable_discrete_state()
-        discrete.set_value(self._arrived, [float(memory.arrived)])
+        known_for = context.get_discrete_state(self._known_for).value()
+        known_for = known_for + self._period
+        arrived = memory.arrived and known_for[0] > _SETTLING
+        discrete.set_value(self._known_for, known_for)
+        discrete.set_value(self._arrived, [float(arrived)])
         discrete.set_value(self._forces, np.concatenate(memory.forces))
         if memory.shut is not None:
             discrete.set_value(self._given_up, [1.0, *memory.shut])

@@ -156,9 +156,9 @@ class FloorPlan:
         row, column = np.clip(row, -1, rows), np.clip(column, -1, columns)
         hit = blocked[row + 1, column + 1]
         # Those beside a free cell are the nearest to any point on free ones.
-        edge = blocked & ndimage.binary_dilation(~blocked, np.ones((3, 3)))
-        if radius > 0 and edge.any():
-            standing = np.flatnonzero(~hit)
+        edge = blocked & ndimage.binary_dilation(~blocked)
+        standing = np.flatnonzero(~hit)
+        if standing.size:
             tree = KDTree(self._centres(edge, padded=1))
             distance, _ = tree.query(
                 centres[standing], distance_upper_bound=radius

@@ -266,12 +266,12 @@ def _read_image(file: Path) -> tuple[Array, Array | None]:
     """The shades and the alphas of an image, each 0 to 1, (rows, columns)."""
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(file, formats=_READABLE) as image:
                 if np.prod(image.size) > _MOST_PIXELS:
                     raise Image.DecompressionBombError
                 image.load()
-    except (Image.DecompressionBombError, Image.DecompressionBombWarning):
+    except Image.DecompressionBombError:
         raise MapError(
             f"image {file} is too large: valid are up to {_MOST_PIXELS} pixels"
         ) from None

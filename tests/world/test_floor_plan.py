@@ -82,6 +82,18 @@ def test_a_square_is_free_where_a_disc_can_stand():
     assert_array_equal(free, expected)
 
 
+def test_a_disc_that_only_touches_a_cells_centre_can_stand():
+    free = ~plan_of("....", "...#").grid(1.0, 1.0).occupied
+    # All centres are 1 m off the ring's, or more.
+    assert_array_equal(free, [[X, X, X, O], [X, X, X, X]])
+
+
+def test_rounding_adds_no_squares():
+    # 3 * 0.1 is a bit more than 0.3.
+    grid = plan_of("...", "...", "...", resolution=0.1).grid(0.1, 0.0)
+    assert grid.occupied.shape == (3, 3)
+
+
 def test_unknown_cells_are_kept_clear_of_like_occupied_ones():
     rows = ["." * 7, "...#...", "." * 7]
     hidden = [row.replace("#", "?") for row in rows]
@@ -183,6 +195,11 @@ def test_a_plan_reaches_a_metre_beyond_what_it_has_to_cover():
     assert plan.occupied[plan.index([[1.0, 0.5]])].all()
     near = FloorPlan.from_world(world, 0.5, cover=[[1.0, 0.5]])
     assert near.free.shape == (7, 9)
+
+
+def test_walls_below_the_heights_make_no_inside():
+    plan = FloorPlan.from_world(world_of(*WALLS), 0.1, (1.1, 2.0))
+    assert plan.free.all()
 
 
 def test_only_what_stands_between_the_heights_is_on_a_plan():

@@ -169,7 +169,8 @@ def test_a_palettes_transparency_is_alpha(saved):
 
 
 def test_in_scale_what_is_not_opaque_is_unknown(saved):
-    row = [0, 255, 0, 254, 0, 0, 128, 255, 255, 255, 255, 254]
+    # Opaque, 80 is p = 0.69; with alpha averaged in, it would be 0.51.
+    row = [80, 255, 0, 254, 0, 0, 128, 255, 255, 255, 255, 254]
     image = png(GREY_ALPHA, [row])
     assert read(saved(image, "map.png", mode="scale")) == ["#???.?"]
 
@@ -212,6 +213,11 @@ def test_a_relative_path_of_an_image_is_from_the_yaml(saved, monkeypatch):
     path.write_text(path.read_text().replace("map.pgm", "images/a b.pgm"))
     monkeypatch.chdir(path.parent.parent)
     assert read(f"{path.parent.name}/map.yaml") == ["#?..", "..?#"]
+
+
+def test_a_tilde_is_the_home_folder(saved, monkeypatch):
+    monkeypatch.setenv("HOME", str(saved().parent))
+    assert read("~/map.yaml") == ["#?..", "..?#"]
 
 
 def test_numbers_are_as_yaml_1_2_has_them(saved):
@@ -374,6 +380,7 @@ def test_the_path_of_a_shipped_world_leads_to_its_plan():
 def test_a_copy_of_a_shipped_world_has_its_true_plan(tmp_path):
     file = tmp_path / "cafe.sdf"
     file.write_text((WORLDS / "cafe.sdf").read_text())
+    (tmp_path / "cafe.yaml").write_text("world: cafe.sdf\n")
     world = load_world(str(file))
     given, true = floor_plan_of(world), FloorPlan.from_world(world)
     assert_array_equal(given.occupied, true.occupied)

@@ -44,6 +44,12 @@ def test_a_cross_is_two_rectangles():
     assert sorted(cover_cells(cross)) == [(0, 3, 1, 2), (1, 2, 0, 4)]
 
 
+def test_a_rectangle_grows_the_way_that_adds_more():
+    # By rows alone, or by columns alone, it would be one more.
+    assert len(list(cover_cells(cells("##.", "###", ".##")))) == 2
+    assert len(list(cover_cells(cells("##.", ".##", "##.")))) == 3
+
+
 def test_a_room_is_four_walls():
     room = cells("######", "#....#", "#....#", "######")
     assert sorted(cover_cells(room)) == [

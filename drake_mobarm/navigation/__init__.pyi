@@ -1,6 +1,8 @@
 from .field_planner import EscapePlanner as EscapePlanner
 from .field_planner import FieldPlanner as FieldPlanner
 from .field_planner import HighwayPlanner as HighwayPlanner
+from .geojson import read_highway as read_highway
+from .geojson import write_highway as write_highway
 from .highway import Highway as Highway
 from .highway import HighwayParameters as HighwayParameters
 from .highway import build_highway as build_highway

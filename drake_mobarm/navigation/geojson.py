@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from drake_mobarm.checks import shown
-from drake_mobarm.exceptions import OutputError, WorldError
+from drake_mobarm.exceptions import MapError, OutputError
 from drake_mobarm.geometry import FARTHEST
 from drake_mobarm.navigation.highway import Highway
 
@@ -89,13 +89,13 @@ def read_highway(path: str | Path) -> Highway:
         frame.
 
     Raises:
-        WorldError: the file cannot be read, is no such graph, or has an edge
+        MapError: the file cannot be read, is no such graph, or has an edge
             without one back; a highway's links lead both ways.
     """
     try:
         return _parse(_load(path))
-    except WorldError as error:
-        raise WorldError(f"highway {path}: {error}") from error
+    except MapError as error:
+        raise MapError(f"highway {path}: {error}") from error
 
 
 def _feature(
@@ -112,20 +112,18 @@ def _load(path: str | Path) -> Any:
     try:
         return json.loads(Path(path).read_bytes())
     except OSError as error:
-        raise WorldError(f"it cannot be read: {error.strerror}") from error
+        raise MapError(f"it cannot be read: {error.strerror}") from error
     except (ValueError, RecursionError) as error:
-        raise WorldError(f"it is no JSON: {error}") from error
+        raise MapError(f"it is no JSON: {error}") from error
 
 
 def _parse(file: Any) -> Highway:
     kind = file.get("type") if isinstance(file, dict) else None
     if kind != "FeatureCollection":
-        raise WorldError(
-            f"its type is {shown(kind)}: valid is FeatureCollection"
-        )
+        raise MapError(f"its type is {shown(kind)}: valid is FeatureCollection")
     features = file.get("features")
     if not isinstance(features, list):
-        raise WorldError(f"features is {shown(features)}: valid is a list")
+        raise MapError(f"features is {shown(features)}: valid is a list")
     known: set[int] = set()
     number_of: dict[int, int] = {}
     points: list[list[float]] = []
@@ -135,15 +133,13 @@ def _parse(file: Any) -> Highway:
         properties = _member(feature, "properties", index)
         kind = geometry.get("type")
         if kind != "Point" and kind not in _EDGES:
-            raise WorldError(
+            raise MapError(
                 f"feature {index} is a {shown(kind)}: valid are Point, "
                 + ", ".join(_EDGES)
             )
         number = _id(properties, "id", f"feature {index}")
         if number in known:
-            raise WorldError(
-                f"id {number} is there twice: valid are unique ids"
-            )
+            raise MapError(f"id {number} is there twice: valid are unique ids")
         known.add(number)
         if kind == "Point":
             number_of[number] = len(points)
@@ -152,9 +148,9 @@ def _parse(file: Any) -> Highway:
         else:
             edges.append((number, properties))
     if not points:
-        raise WorldError("it has no Point features: valid is one or more")
+        raise MapError("it has no Point features: valid is one or more")
     if len(frames) > 1:
-        raise WorldError(
+        raise MapError(
             f"its points are in the frames {shown(sorted(frames))}: "
             "valid is one frame"
         )
@@ -173,18 +169,18 @@ def _links(
         ]
         for key, end in zip(("startid", "endid"), ends, strict=True):
             if end not in number_of:
-                raise WorldError(
+                raise MapError(
                     f"edge {number} has {key} {end}: valid are ids of points"
                 )
         if ends[0] == ends[1]:
-            raise WorldError(
+            raise MapError(
                 f"edge {number} leads from point {ends[0]} to itself: valid "
                 "are two points"
             )
         pairs[number_of[ends[0]], number_of[ends[1]]] = (number, *ends)
     for (i, j), (number, start, end) in pairs.items():
         if (j, i) not in pairs:
-            raise WorldError(
+            raise MapError(
                 f"edge {number} leads from point {start} to {end} and none "
                 "back: valid are edges both ways"
             )
@@ -194,7 +190,7 @@ def _links(
 def _member(feature: Any, key: str, index: int) -> dict[str, Any]:
     value = feature.get(key) if isinstance(feature, dict) else None
     if not isinstance(value, dict):
-        raise WorldError(
+        raise MapError(
             f"feature {index} has {key} {shown(value)}: valid is an object"
         )
     return value
@@ -204,7 +200,7 @@ def _id(properties: dict[str, Any], key: str, owner: str) -> int:
     value: Any = properties.get(key)
     whole = isinstance(value, int) and not isinstance(value, bool)
     if not whole or not 0 <= value <= _MOST_ID:
-        raise WorldError(
+        raise MapError(
             f"{owner} has {key} {shown(value)}: valid is a whole number, 0 to "
             f"{_MOST_ID}"
         )
@@ -221,7 +217,7 @@ def _position(geometry: dict[str, Any], number: int) -> list[float]:
         )
     )
     if not fits:
-        raise WorldError(
+        raise MapError(
             f"point {number} has coordinates {shown(value)}: valid is [x, y] "
             f"in m, each in [-{FARTHEST:g}, {FARTHEST:g}]"
         )

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drake_mobarm.exceptions import OutputError, WorldError
+from drake_mobarm.exceptions import MapError, OutputError
 from drake_mobarm.navigation.geojson import read_highway, write_highway
 from drake_mobarm.navigation.highway import (
     Highway,
@@ -58,7 +58,7 @@ def assert_refused(folder, file, message):
     """A file is refused in one line that names it and says what is wrong."""
     path = folder / "graph.geojson"
     path.write_text(file if isinstance(file, str) else json.dumps(file))
-    with pytest.raises(WorldError) as caught:
+    with pytest.raises(MapError) as caught:
         read_highway(path)
     text = str(caught.value)
     assert text.startswith(f"highway {path}: ")
@@ -155,7 +155,7 @@ def test_points_without_a_frame_are_in_that_of_the_map(tmp_path):
 
 def test_file_that_is_not_there_is_told(tmp_path):
     path = tmp_path / "none.geojson"
-    with pytest.raises(WorldError, match="No such file") as caught:
+    with pytest.raises(MapError, match="No such file") as caught:
         read_highway(path)
     assert str(path) in str(caught.value)
 

@@ -2,7 +2,9 @@ from .beacon import NOISE_CONFIGURATIONS as NOISE_CONFIGURATIONS
 from .beacon import Beacon as Beacon
 from .beacon import BeaconNoise as BeaconNoise
 from .beacon import BeaconParameters as BeaconParameters
+from .distance_field import DistanceField as DistanceField
 from .lidar import LidarParameters as LidarParameters
+from .localization import LocalizationParameters as LocalizationParameters
 from .odometry import OdometryParameters as OdometryParameters
 from .rssi import BEACONS as BEACONS
 from .rssi import RssiModel as RssiModel

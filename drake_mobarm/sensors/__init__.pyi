@@ -12,6 +12,7 @@ from .rssi import calibrate as calibrate
 from .rssi import fit_rssi_model as fit_rssi_model
 from .scan_matching import ScanMatchingParameters as ScanMatchingParameters
 from .systems import BeaconSensor as BeaconSensor
+from .systems import FloorPlanLocalization as FloorPlanLocalization
 from .systems import Lidar as Lidar
 from .systems import Odometry as Odometry
 from .systems import ScanMatching as ScanMatching

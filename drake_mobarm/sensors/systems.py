@@ -26,7 +26,14 @@ from drake_mobarm.sensors.beacon import (
     in_field_of_view,
     read_beacon,
 )
+from drake_mobarm.sensors.distance_field import DistanceField
 from drake_mobarm.sensors.lidar import LidarParameters, cast_rays, read_lidar
+from drake_mobarm.sensors.localization import (
+    LocalizationParameters,
+    begin,
+    localize,
+    predict,
+)
 from drake_mobarm.sensors.odometry import (
     OdometryParameters,
     believed_base,
@@ -303,6 +310,83 @@ class ScanMatching(LeafSystem):
             self._odometry.Eval(context),
             self._ranges.Eval(context),
             self._range_max,
+            self._parameters,
+        )
+        state.get_mutable_abstract_state(self._memory).set_value(memory)
+
+
+class FloorPlanLocalization(LeafSystem):
+    """Holds the pose to a floor plan by what the lidar sees.
+
+    .. pydrake_system::
+
+        name: FloorPlanLocalization
+        input_ports:
+        - measured_base_pose
+        - lidar_ranges
+        output_ports:
+        - estimated_base_pose
+        - pose_covariance
+
+    - measured_base_pose (3): PlanarPose in odometry's frame, which is W at
+      the start.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them.
+    - estimated_base_pose (3): PlanarPose in W, the floor plan's.
+    - pose_covariance (9): of its x, y and yaw, row by row [m, rad].
+
+    Direct feedthrough.
+
+    Args:
+        parameters: how far odometry, lidar and floor plan are believed.
+        lidar: whose ranges these are.
+        field: of the floor plan.
+        delay: after the lidar's samples [s].
+    """
+
+    def __init__(
+        self,
+        parameters: LocalizationParameters,
+        lidar: LidarParameters,
+        field: DistanceField,
+        delay: float,
+    ) -> None:
+        super().__init__()
+        self._parameters = parameters
+        self._range_max = lidar.range_max
+        self._field = field
+        self._odometry = self.DeclareVectorInputPort(
+            "measured_base_pose", size(PlanarPose)
+        )
+        self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
+        self._memory = int(self.DeclareAbstractState(Value(begin(parameters))))
+        self.DeclareVectorOutputPort(
+            "estimated_base_pose", size(PlanarPose), self._calc_pose
+        )
+        self.DeclareVectorOutputPort(
+            "pose_covariance", 9, self._calc_covariance
+        )
+        self.DeclarePeriodicUnrestrictedUpdateEvent(
+            1 / lidar.rate, delay, self._update
+        )
+
+    def _calc_pose(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_abstract_state(self._memory).get_value()
+        odometry = self._odometry.Eval(context).tolist()
+        output.SetFromVector(compose(memory.correction, odometry))
+
+    def _calc_covariance(self, context: Context, output: BasicVector) -> None:
+        memory = context.get_abstract_state(self._memory).get_value()
+        odometry = tuple(self._odometry.Eval(context).tolist())
+        now = predict(memory, odometry, self._parameters)
+        output.SetFromVector(now.covariance.ravel())
+
+    def _update(self, context: Context, state: State) -> None:
+        memory = localize(
+            context.get_abstract_state(self._memory).get_value(),
+            self._odometry.Eval(context),
+            self._ranges.Eval(context),
+            self._range_max,
+            self._field,
             self._parameters,
         )
         state.get_mutable_abstract_state(self._memory).set_value(memory)

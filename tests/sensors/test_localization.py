@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydrake.systems.analysis import Simulator
 
 from drake_mobarm.geometry import rotation, transform_points
 from drake_mobarm.robot.differential_drive import DifferentialDrive
 from drake_mobarm.sensors.distance_field import DistanceField
-from drake_mobarm.sensors.lidar import cast_rays
+from drake_mobarm.sensors.lidar import LidarParameters, cast_rays
 from drake_mobarm.sensors.localization import (
     LocalizationParameters,
     LocalizationState,
@@ -24,6 +25,7 @@ from drake_mobarm.sensors.localization import (
 )
 from drake_mobarm.sensors.odometry import integrate_wheels
 from drake_mobarm.sensors.scan_matching import compose, inverse
+from drake_mobarm.sensors.systems import FloorPlanLocalization
 from drake_mobarm.world.obstacles import outlines_to_segments
 from drake_mobarm.world.occupancy import OccupancyGrid
 from helpers.refusals import assert_refused
@@ -425,6 +427,44 @@ def test_odometrys_frame_does_not_matter():
             state, moved, seen(pose, rng), RANGE_MAX, FIELD, PARAMETERS
         )
         np.testing.assert_allclose(estimated(state, moved), expected, atol=1e-6)
+
+
+# As a system
+
+
+def test_the_system_tells_what_the_law_finds_and_composes_it_with_odometry():
+    lidar = LidarParameters()
+    parameters = LocalizationParameters(start_deviation=0.5)
+    system = FloorPlanLocalization(parameters, lidar, FIELD, 0.005)
+    simulator = Simulator(system)
+    context = simulator.get_mutable_context()
+    told, ranges = compose((0.05, -0.04, 0.02), START), seen(START)
+    system.GetInputPort("measured_base_pose").FixValue(context, told)
+    system.GetInputPort("lidar_ranges").FixValue(context, ranges)
+    pose = system.GetOutputPort("estimated_base_pose")
+    covariance = system.GetOutputPort("pose_covariance")
+    simulator.AdvanceTo(0.004)
+    np.testing.assert_array_equal(pose.Eval(context), told)
+    np.testing.assert_array_equal(
+        covariance.Eval(context), (0.5**2 * np.eye(3)).ravel()
+    )
+    # At 5 ms it works on the scan of 0 s.
+    simulator.AdvanceTo(0.006)
+    state = localize(
+        begin(parameters), told, ranges, RANGE_MAX, FIELD, parameters
+    )
+    np.testing.assert_allclose(pose.Eval(context), START, atol=0.005)
+    np.testing.assert_array_equal(pose.Eval(context), estimated(state, told))
+    # Then odometry moves on: 0.2 m straight ahead.
+    moved = compose(told, (0.2, 0.0, 0.0))
+    system.GetInputPort("measured_base_pose").FixValue(context, moved)
+    np.testing.assert_allclose(
+        pose.Eval(context), compose(START, (0.2, 0.0, 0.0)), atol=0.005
+    )
+    np.testing.assert_array_equal(
+        covariance.Eval(context).reshape(3, 3),
+        predict(state, moved, parameters).covariance,
+    )
 
 
 # What it refuses to believe

@@ -36,7 +36,9 @@ from drake_mobarm.navigation.systems import NavigationPlanner
 from drake_mobarm.navigation.view import NavigationView
 from drake_mobarm.robot.shape import ANTENNA_POSITION, RADIUS
 from drake_mobarm.sensors.beacon import Beacon
+from drake_mobarm.sensors.distance_field import DistanceField
 from drake_mobarm.sensors.rssi import BEACONS, RssiModel, calibrate
+from drake_mobarm.sensors.systems import FloorPlanLocalization
 from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.floor_plan import FloorPlan, adaptive_grid_size
@@ -44,9 +46,9 @@ from drake_mobarm.world.floor_plan_files import floor_plan_of, read_floor_plan
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
 
-NAVIGATION_BLOCKS = ("estimator", "planner")
-"""The blocks that a user may exchange, besides the station's; "estimator" is
-there with a beacon."""
+NAVIGATION_BLOCKS = ("localizer", "estimator", "planner")
+"""The blocks that a user may exchange, besides the station's; "localizer" is
+there with a corrected pose, "estimator" with a beacon."""
 
 
 def build_job(
@@ -70,19 +72,21 @@ def build_job(
         blocks: systems in the places of some of `NAVIGATION_BLOCKS`.
 
     Returns:
-        A diagram with the inputs `measured_base_pose` (PlanarPose),
+        A diagram with the inputs `measured_base_pose` (PlanarPose), or
+        `odometry_pose` (PlanarPose) where it is to be corrected,
         `lidar_ranges` (rays), and `beacon_reading` (BeaconReading), or
         `estimated_target` (TargetEstimate) where the target is known; and the
         outputs `commanded_base_velocity` (BaseVelocity), `arrived` (1),
         `given_up` (GivenUp), `navigation_forces` (NavigationForces),
-        `planned_paths` (abstract), and `estimated_target` with a beacon.
+        `planned_paths` (abstract), `estimated_target` with a beacon, and
+        `measured_base_pose` and `pose_covariance` (9) of a corrected pose.
 
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
         ParameterError: the planner needs a floor plan, and there is none.
     """
     wiring = Wiring(blocks)
-    inputs = {"lidar_ranges": station.lidar.rays} | sizes("measured_base_pose")
+    inputs: dict[str, int | None] = {"lidar_ranges": station.lidar.rays}
     outputs = [
         "commanded_base_velocity",
         "arrived",
@@ -90,6 +94,21 @@ def build_job(
         "navigation_forces",
         "planned_paths",
     ]
+    if parameters.pose == "corrected":
+        inputs |= sizes("odometry_pose")
+        outputs += ["measured_base_pose", "pose_covariance"]
+        wiring.add(
+            "localizer",
+            lambda: FloorPlanLocalization(
+                parameters.localization,
+                station.lidar,
+                no_field() if plan is None else distance_field(plan),
+                PROCESSING_DELAY / 2,
+            ),
+            {"pose_covariance": 9} | sizes("measured_base_pose"),
+        )
+    else:
+        inputs |= sizes("measured_base_pose")
     if calibration is None:
         inputs |= sizes("estimated_target")
     else:
@@ -163,6 +182,19 @@ def make_highway(
     grid = plan.grid(size, RADIUS)
     rng = np.random.default_rng([seed, 3])
     return grid, build_highway(grid, parameters.highway, rng, parameters.points)
+
+
+def no_field() -> DistanceField:
+    """The distance field of a robot without a plan: it keeps odometry."""
+    return DistanceField.from_points(np.empty((0, 2)), 0.05)
+
+
+@lru_cache(maxsize=4)
+def distance_field(plan: FloorPlan) -> DistanceField:
+    """The distance field of a plan, worked out once."""
+    return DistanceField.from_points(
+        plan.points(), plan.resolution, plan.origin[2]
+    )
 
 
 @lru_cache(maxsize=4)
@@ -250,6 +282,9 @@ def build(
             of_station,
         ),
     )
+    corrected = scenario.pose == "corrected"
+    if corrected:
+        wiring.rename("measured_base_pose", "odometry_pose")
     if not hears:
         wiring.add_primitive(
             "target",
@@ -285,6 +320,7 @@ def build(
         "estimated_target",
         "navigation_forces",
         "commanded_base_velocity",
+        *(["odometry_pose", "pose_covariance"] if corrected else []),
     )
     if meshcat is not None:
         highway = None

@@ -85,7 +85,7 @@ SIGNALS = {
     "measured_wheel_state": WheelState,
     "measured_arm_state": ArmState,
     "beacon_reading": BeaconReading,
-    "estimated_base_pose": PlanarPose,
+    "odometry_pose": PlanarPose,
     "estimated_target": TargetEstimate,
     "waypoint": Waypoint,
     "given_up": GivenUp,

@@ -34,6 +34,7 @@ from drake_mobarm.navigation.potential import PotentialParameters
 from drake_mobarm.navigation.steering import SteeringParameters
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
+from drake_mobarm.sensors.localization import LocalizationParameters
 from drake_mobarm.station.parameters import StationParameters
 from drake_mobarm.world.floor_plan_files import MAP_SUFFIXES
 from drake_mobarm.world.meshes import MESHES
@@ -42,6 +43,7 @@ from drake_mobarm.world.places import Place
 
 PLANNERS = ("ours", "apf", "apf_escape", "apf_hw")
 FLOOR_PLANS = ("given", "world", "none")
+POSES = ("odometry", "corrected")
 TARGETS = ("beacon", "known")
 
 
@@ -64,6 +66,9 @@ class NavigationParameters:
         escape: the escape force of `apf_escape`.
         points: how the points of the highway are chosen: `adaptive`, by the
             obstacles' density, or `random`.
+        pose: what the robot goes by: the station's `odometry`, or that
+            `corrected` by matching the lidar's scan to the floor plan.
+        localization: how it is corrected.
         grid_size: of the highway's squares [m]; 0 for (3.1).
         highway: how its points are chosen.
         pull: how strongly it pulls.
@@ -79,6 +84,10 @@ class NavigationParameters:
     potential: PotentialParameters = field(default_factory=PotentialParameters)
     steering: SteeringParameters = field(default_factory=SteeringParameters)
     escape: EscapeParameters = field(default_factory=EscapeParameters)
+    pose: str = "corrected"
+    localization: LocalizationParameters = field(
+        default_factory=LocalizationParameters
+    )
     points: str = "adaptive"
     grid_size: float = 0.0
     highway: HighwayParameters = field(default_factory=HighwayParameters)
@@ -87,6 +96,7 @@ class NavigationParameters:
     def __post_init__(self) -> None:
         one_of(self, PLANNERS, "planner")
         one_of(self, POINTS, "points")
+        one_of(self, POSES, "pose")
         positive(self, "arrival_distance")
         not_negative(self, "grid_size")
 

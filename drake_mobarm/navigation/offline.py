@@ -40,9 +40,10 @@ OFFLINE_POTENTIAL = PotentialParameters(
     repulsion_gain=0.02,
     influence_distance=0.4,
 )
-"""Weaker than the field that robots drive by. A step is as long as the force is strong:
-so the attraction alone makes the longest step from 1 m on, and vanishes, by
-the text's rule, 0.2 m from the target. The dissertation gives no gains."""
+"""Weaker than the field that robots drive by. A step is as long as the force
+is strong: so the attraction alone makes the longest step from 1 m on, and
+vanishes, by the text's rule, 0.2 m from the target. The dissertation gives no
+gains."""
 
 
 @frozen

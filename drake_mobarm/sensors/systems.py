@@ -322,16 +322,16 @@ class FloorPlanLocalization(LeafSystem):
 
         name: FloorPlanLocalization
         input_ports:
-        - measured_base_pose
+        - odometry_pose
         - lidar_ranges
         output_ports:
-        - estimated_base_pose
+        - measured_base_pose
         - pose_covariance
 
-    - measured_base_pose (3): PlanarPose in odometry's frame, which is W at
+    - odometry_pose (3): PlanarPose in odometry's frame, which is W at
       the start.
     - lidar_ranges (rays): [m], as `ray_angles` orders them.
-    - estimated_base_pose (3): PlanarPose in W, the floor plan's.
+    - measured_base_pose (3): PlanarPose in W, the floor plan's.
     - pose_covariance (9): of its x, y and yaw, row by row [m, rad].
 
     Direct feedthrough.
@@ -355,12 +355,12 @@ class FloorPlanLocalization(LeafSystem):
         self._range_max = lidar.range_max
         self._field = field
         self._odometry = self.DeclareVectorInputPort(
-            "measured_base_pose", size(PlanarPose)
+            "odometry_pose", size(PlanarPose)
         )
         self._ranges = self.DeclareVectorInputPort("lidar_ranges", lidar.rays)
         self._memory = int(self.DeclareAbstractState(Value(begin(parameters))))
         self.DeclareVectorOutputPort(
-            "estimated_base_pose", size(PlanarPose), self._calc_pose
+            "measured_base_pose", size(PlanarPose), self._calc_pose
         )
         self.DeclareVectorOutputPort(
             "pose_covariance", 9, self._calc_covariance

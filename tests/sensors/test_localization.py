@@ -439,9 +439,9 @@ def test_the_system_tells_what_the_law_finds_and_composes_it_with_odometry():
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     told, ranges = compose((0.05, -0.04, 0.02), START), seen(START)
-    system.GetInputPort("measured_base_pose").FixValue(context, told)
+    system.GetInputPort("odometry_pose").FixValue(context, told)
     system.GetInputPort("lidar_ranges").FixValue(context, ranges)
-    pose = system.GetOutputPort("estimated_base_pose")
+    pose = system.GetOutputPort("measured_base_pose")
     covariance = system.GetOutputPort("pose_covariance")
     simulator.AdvanceTo(0.004)
     np.testing.assert_array_equal(pose.Eval(context), told)
@@ -457,7 +457,7 @@ def test_the_system_tells_what_the_law_finds_and_composes_it_with_odometry():
     np.testing.assert_array_equal(pose.Eval(context), estimated(state, told))
     # Then odometry moves on: 0.2 m straight ahead.
     moved = compose(told, (0.2, 0.0, 0.0))
-    system.GetInputPort("measured_base_pose").FixValue(context, moved)
+    system.GetInputPort("odometry_pose").FixValue(context, moved)
     np.testing.assert_allclose(
         pose.Eval(context), compose(START, (0.2, 0.0, 0.0)), atol=0.005
     )

@@ -43,6 +43,9 @@ _STEPS, _SMALL_STEP = 10, 1e-5
 # Where fewer rays fit than this share of those that did, the pose is sought
 # anew. One that this share more of all rays fits, and most of them, is right.
 _SUSPECT, _BETTER, _MOST = 0.7, 0.15, 0.5
+# Seeking takes longer than a fit: where it fails at so many scans, it is done
+# at every one of as many only.
+_SEEK_EACH = 5
 # Where fewer fit than this share of those that did, none is believed.
 _LOST = 0.4
 # What did fit counts less by this factor from each scan to the next.
@@ -100,12 +103,14 @@ class LocalizationState(Immutable):
         correction: X_WO as [x, y, yaw] in m and rad.
         odometry: X_OB at the last scan; None before one.
         share: of rays that fitted of late [-].
+        suspect: scans in a row that fitted much less, and nowhere else.
     """
 
     covariance: Array
     correction: Pose = (0.0, 0.0, 0.0)
     odometry: Pose | None = None
     share: float = 1.0
+    suspect: int = 0
 
 
 class Scan(NamedTuple):
@@ -179,13 +184,14 @@ def localize(
     scale = parameters.fit_deviations * math.sqrt(variance)
     prior = _inverse(state.covariance)
     found = fit(field, scan, pose, prior, [scale] * _STEPS)
-    if found.share < _SUSPECT * state.share:
+    suspect = state.suspect + 1 if found.share < _SUSPECT * state.share else 0
+    if suspect and (suspect <= _SEEK_EACH or suspect % _SEEK_EACH == 0):
         starts = [last, *(compose(pose, move) for move in _MOVES)]
         anew = seek(field, scan, starts, scale)
         if anew.share > max(found.share + _BETTER, _MOST):
-            found = anew
+            found, suspect = anew, 0
     share = max(found.share, _FORGET * state.share)
-    state = replace(state, share=share)
+    state = replace(state, share=share, suspect=suspect)
     few = found.share * len(scan.points) < parameters.least_rays
     if few or found.share < max(parameters.least_share, _LOST * share):
         return state

@@ -18,6 +18,7 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # One core.
 
 import math
+import platform
 import time
 from collections.abc import Callable
 from typing import NamedTuple
@@ -281,27 +282,25 @@ def measure(
     return {case: summarise(off[case], times.get(case)) for case in off}
 
 
-def main() -> None:
-    """Measures, prints, and writes what was asked for."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--drives", type=int, default=2)
-    parser.add_argument(
-        "--worlds", nargs="+", default=["small_house", "bookstore", "cafe"]
-    )
-    options = parse(parser)
-    use_one_core()
-    measured = {
-        world: measure(world, options.drives, 60 * options.minutes)
-        for world in options.worlds
-    }
+def tell(
+    measured: dict[str, dict[str, dict[str, float]]],
+    drives: int,
+    minutes: float,
+) -> list[str]:
+    """The figures as lines of Markdown."""
     lines = [
-        f"{options.drives} drives of {options.minutes:g} min a world, radius "
-        f"{FAULTS.radius_error:+.0%}, track {FAULTS.track_error:+.0%}, "
-        f"{LIDAR.rays} rays, {processor()}",
+        f"`python benchmarks/pose_accuracy.py --minutes {minutes:g} "
+        f"--drives {drives}`",
         "",
-        "| world | pose by | position, 95 % [cm] | largest | yaw, 95 % [deg] |"
-        " largest | within 2 cm and 0.5 deg [%] | update, median [ms] | 99 % |",
+        f"{drives} x {minutes:g} min a world, wheel radius believed "
+        f"{FAULTS.radius_error:+.0%}, track {FAULTS.track_error:+.0%}, "
+        f"{FAULTS.encoder_ticks} ticks a turn, {LIDAR.rays} rays at "
+        f"{LIDAR.rate:g} Hz; one core of {processor()}; Python "
+        f"{platform.python_version()}, numpy {np.__version__}.",
+        "",
+        "| world | pose by | position, 95 % [cm] | largest [cm] | "
+        "yaw, 95 % [deg] | largest [deg] | within 2 cm and 0.5 deg [%] | "
+        "update, median [ms] | update, 99 % [ms] |",
         "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
     ]
     for world, cases in measured.items():
@@ -317,7 +316,26 @@ def main() -> None:
                 f"{math.degrees(found['yaw_max_rad']):.2f} | "
                 f"{100 * found['share_good']:.1f} | {' | '.join(took)} |"
             )
-    publish(lines, measured, options.out)
+    return lines
+
+
+def main() -> None:
+    """Measures, prints, and writes what was asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--minutes", type=float, default=5.0)
+    parser.add_argument("--drives", type=int, default=2)
+    parser.add_argument(
+        "--worlds", nargs="+", default=["small_house", "bookstore", "cafe"]
+    )
+    options = parse(parser)
+    use_one_core()
+    measured = {
+        world: measure(world, options.drives, 60 * options.minutes)
+        for world in options.worlds
+    }
+    publish(
+        tell(measured, options.drives, options.minutes), measured, options.out
+    )
 
 
 if __name__ == "__main__":

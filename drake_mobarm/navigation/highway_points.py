@@ -137,16 +137,17 @@ def _spread(
     To leave out squares that are too close beforehand draws the same as to
     draw from all that are left and to reject.
     """
-    nearest = np.full(len(squares), np.inf)
-    chosen = np.empty((count, 2))
+    x, y = squares.T.copy()
+    # All distances are squared: roots would take most of the time.
+    nearest, least = np.full(len(squares), np.inf), spacing**2
+    chosen = np.empty(count, dtype=int)
     for i in range(count):
-        room = np.flatnonzero(nearest >= spacing)
+        room = np.flatnonzero(nearest >= least)
         while not room.size:  # Squares at distance 0 are taken already.
-            spacing = _SHRINK * spacing
-            room = np.flatnonzero(nearest >= spacing)
+            least = _SHRINK**2 * least
+            room = np.flatnonzero(nearest >= least)
         bound = np.cumsum(weight[room])
         drawn = np.searchsorted(bound, rng.uniform(0, bound[-1]), "right")
-        chosen[i] = squares[room[min(drawn, len(room) - 1)]]
-        distance = np.hypot(*(squares - chosen[i]).T)
-        np.minimum(nearest, distance, out=nearest)
-    return chosen
+        chosen[i] = at = room[min(drawn, len(room) - 1)]
+        np.minimum(nearest, (x - x[at]) ** 2 + (y - y[at]) ** 2, out=nearest)
+    return squares[chosen]

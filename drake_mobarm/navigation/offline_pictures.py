@@ -94,7 +94,8 @@ def draw_by_grid_size(rows: Sequence[Row]) -> Figure:
     methods = list(dict.fromkeys(row["method"] for row in rows))
     factors = sorted({row["grid_factor"] for row in rows})
     for index, method in enumerate(methods):
-        place = np.arange(len(factors)) + 0.27 * (index - len(methods) / 2)
+        middle = (len(methods) - 1) / 2
+        place = np.arange(len(factors)) + 0.27 * (index - middle)
         for axes, metric in (
             (success, "success"),
             (pieces, "highway_pieces"),

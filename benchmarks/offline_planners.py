@@ -383,7 +383,11 @@ def main() -> None:
         "",
         *table(summaries),
     ]
-    measured = {"command": command, "summaries": summaries, "rows": rows}
+    measured = {
+        "command": command,
+        "summaries": summaries,
+        "rows": [{k: v for k, v in r.items() if k != "path"} for r in rows],
+    }
     publish(lines, measured, options.out)
     if options.out is not None:
         picture: Path = options.out.with_suffix(".png")

@@ -46,6 +46,9 @@ from drake_mobarm.world.floor_plan_files import floor_plan_of, read_floor_plan
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
 
+RASTER = 0.05
+"""In which (3.1) counts the lines of a floor plan [m]."""
+
 NAVIGATION_BLOCKS = ("localizer", "estimator", "planner")
 """The blocks that a user may exchange, besides the station's; "localizer" is
 there with a corrected pose, "estimator" with a beacon."""
@@ -176,9 +179,10 @@ def make_highway(
     parameters: NavigationParameters, plan: FloorPlan, seed: int
 ) -> tuple[OccupancyGrid, Highway]:
     """The squares of a floor plan, and the highway over them."""
-    size = parameters.grid_size or adaptive_grid_size(
-        plan.grid(plan.resolution, RADIUS)
-    )
+    if parameters.grid_size:
+        (size,) = parameters.grid_size
+    else:
+        size = adaptive_grid_size(plan.grid(RASTER, RADIUS))
     grid = plan.grid(size, RADIUS)
     rng = np.random.default_rng([seed, 3])
     return grid, build_highway(grid, parameters.highway, rng, parameters.points)

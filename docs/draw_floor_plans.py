@@ -31,6 +31,8 @@ from drake_mobarm.world.obstacles import Obstacle, outlines
 from drake_mobarm.world.sdf import load_world
 from drake_mobarm.world.world import WORLDS, World
 
+# Fine enough to hold a robot's pose to a centimetre [m].
+RESOLUTION = 0.025
 PICTURE = Path(__file__).parent / "images" / "floor_plans.png"
 NAMES, WIDTHS = ("small_house", "bookstore", "cafe"), (1.8, 1.5, 1.0)
 LOOSE = re.compile(r"(ball|book_stack|photo_frame|picture)_\d+(_p\d+)?")
@@ -44,7 +46,7 @@ TOPPED = re.compile(r"table_\d+|dining_table")
 def floor_plan(world: World) -> FloorPlan:
     """The plan that is given of a world."""
     shown = tuple(shown_on_plan(world.obstacles))
-    return FloorPlan.from_world(replace(world, obstacles=shown))
+    return FloorPlan.from_world(replace(world, obstacles=shown), RESOLUTION)
 
 
 def shown_on_plan(obstacles: tuple[Obstacle, ...]) -> Iterator[Obstacle]:

@@ -138,8 +138,7 @@ class KnownFloor:
         clearance = self._floor.clearance.copy()
         if not len(points):
             return clearance
-        cells = np.rint((points - self._grid.origin) / _GATHERED)
-        points = self._grid.origin + _GATHERED * np.unique(cells, axis=0)
+        points = _gathered(points)
         reach = int(np.ceil(parameters.comfort_clearance / self._step))
         steps = np.arange(-reach, reach + 1)
         around = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
@@ -156,3 +155,11 @@ class KnownFloor:
         apart = lengths(self._floor.places[number] - points[point])
         np.minimum.at(clearance, number, apart)
         return clearance
+
+
+def _gathered(points: Array) -> Array:
+    """One of the points (n, 2) [m] in each square of `_GATHERED`."""
+    _, first = np.unique(
+        np.floor(points / _GATHERED), axis=0, return_index=True
+    )
+    return points[first]

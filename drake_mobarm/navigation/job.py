@@ -11,7 +11,6 @@ import numpy as np
 from drake_mobarm.checks import (
     check_seed,
     finite_numbers,
-    not_negative,
     one_of,
     positive,
     require,
@@ -69,7 +68,7 @@ class NavigationParameters:
         pose: what the robot goes by: the station's `odometry`, or that
             `corrected` by matching the lidar's scan to the floor plan.
         localization: how it is corrected.
-        grid_size: of the highway's squares [m]; 0 for (3.1).
+        grid_size: of the highway's squares [m], one number; empty for (3.1).
         highway: how its points are chosen.
         pull: how strongly it pulls.
     """
@@ -89,7 +88,7 @@ class NavigationParameters:
         default_factory=LocalizationParameters
     )
     points: str = "adaptive"
-    grid_size: float = 0.0
+    grid_size: tuple[float, ...] = ()
     highway: HighwayParameters = field(default_factory=HighwayParameters)
     pull: HighwayForceParameters = field(default_factory=HighwayForceParameters)
 
@@ -98,7 +97,13 @@ class NavigationParameters:
         one_of(self, POINTS, "points")
         one_of(self, POSES, "pose")
         positive(self, "arrival_distance")
-        not_negative(self, "grid_size")
+        require(
+            len(self.grid_size) <= 1
+            and all(0.05 <= size <= 2 for size in self.grid_size),
+            "grid_size",
+            self.grid_size,
+            "empty, or one number in [0.05, 2]",
+        )
 
 
 @frozen

@@ -9,7 +9,6 @@ from drake_mobarm.geometry import Array
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
-from drake_mobarm.world.sdf import load_world
 
 STAND_RADIUS = 0.28
 """Start and target are where a disc of this radius can stand [m]."""
@@ -82,6 +81,9 @@ def _reachable_floor(world: str) -> Array:
 
     The street outside an open door is not of it.
     """
+    # Drake's parser is not for laws.
+    from drake_mobarm.world.sdf import load_world
+
     found = outlines(load_world(world).obstacles, *HEIGHTS)
     grid = OccupancyGrid.from_outlines(found)
     regions = grid.regions(STAND_RADIUS)

@@ -37,7 +37,12 @@ def choices(part, path=""):
                 dataclasses.replace(part, **{field.name: "no such choice"})
             except ParameterError as error:
                 valid = str(error).split("valid is ")[1].split(", ")
-                yield from (f"{name}={x}" for x in valid if x != value)
+                yield from (
+                    f"{name}={x}"
+                    for x in valid
+                    # "or the path of a file" is no value.
+                    if x != value and not x.startswith("or ")
+                )
 
 
 def variants(job):

@@ -105,7 +105,8 @@ def repulsion(
         return np.zeros(2)
     distance = np.hypot(squares[:, 0], squares[:, 1])
     room = np.maximum(distance - radius, _NEAREST)
-    inverse = np.maximum(1 / room - 1 / np.asarray(influence), 0.0)
+    # (3.2) can make an influence distance 0.
+    inverse = np.maximum(1 / room - 1 / np.maximum(influence, 1e-9), 0.0)
     gain = parameters.repulsion_gain * area
     away = -squares / np.maximum(distance, 1e-9)[:, None]
     force: Array = gain * (inverse / room**2) @ away

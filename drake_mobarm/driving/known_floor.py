@@ -76,9 +76,13 @@ class KnownFloor:
         self._edge_tree = KDTree(self._edge) if len(self._edge) else None
 
     def near(self, position: Array) -> Array:
-        """p_WP of the edges on the plan near a place p_WB [m], (n, 2)."""
-        if self._edge_tree is None:
-            return self._edge
+        """p_WP of the edges on the plan near a place p_WB [m], (n, 2).
+
+        No edges where the plan shows something in that place: it is wrong.
+        """
+        row, column = self._grid.index(position)
+        if self._edge_tree is None or self._grid.occupied[row, column]:
+            return np.empty((0, 2))
         found = self._edge_tree.query_ball_point(position, _NEAR)
         near: Array = self._edge[np.array(found, dtype=int)]
         return near

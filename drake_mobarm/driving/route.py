@@ -178,6 +178,8 @@ def cheapest_way(
         return route
     here = int(np.argmin(lengths(last.places - start)))
     numbers = floor.nearest(last.places[here:])
+    # Off the floor, several places have the same nearest one.
+    numbers = numbers[np.insert(np.diff(numbers) != 0, 0, True)]
     rest = Route(places[numbers], clearance[numbers], float(miss[numbers[-1]]))
     steps = lengths(np.diff(rest.places, axis=0))
     rest_cost = (

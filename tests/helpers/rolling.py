@@ -22,12 +22,14 @@ class Rolling:
     Args:
         law: of its planner.
         outlines: what is in its way, and seen by the lidar.
+        unseen: what is in its way besides, and not in the lidar's plane.
         start: X_WB, [x, y, yaw] in m and rad.
         target: p_WT [m], or a function of the time [s] that gives it.
     """
 
-    def __init__(self, law, outlines, start, target):
+    def __init__(self, law, outlines, start, target, unseen=()):
         self.law = law
+        self.unseen = list(unseen)
         self.outlines = list(outlines)
         self.pose = np.array(start, dtype=float)
         self._target = target
@@ -77,7 +79,7 @@ class Rolling:
     def _pushed_out(self, moved):
         """Whether the robot touches something; it slides along that."""
         touches = False
-        for outline in self.outlines:
+        for outline in [*self.outlines, *self.unseen]:
             distance, away = signed_distance(outline, moved[:2])
             if distance[0] < RADIUS:
                 touches = True

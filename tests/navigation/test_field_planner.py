@@ -24,7 +24,15 @@ from drake_mobarm.world.occupancy import OccupancyGrid
 from helpers.rolling import LIDAR, Rolling, grown, room
 from helpers.shapes import rectangle
 
-POTENTIAL, STEERING = PotentialParameters(), SteeringParameters()
+# Written out: what follows is worked out by hand from them.
+POTENTIAL = PotentialParameters(
+    attraction_gain=1.0,
+    conic_distance=1.0,
+    repulsion_gain=0.4,
+    influence_distance=0.4,
+    clearance=0.05,
+)
+STEERING = SteeringParameters(linear_gain=0.8, angular_gain=2.5)
 APF = FieldPlanner(POTENTIAL, STEERING, LIDAR)
 ESCAPE = EscapePlanner(POTENTIAL, STEERING, LIDAR, EscapeParameters())
 FREE = np.full(LIDAR.rays, LIDAR.range_max)

@@ -144,7 +144,8 @@ class MapPlanner:
         self, avoidance: MapAvoidanceState, pose: Array, p_WT: Array
     ) -> bool:
         """Whether it is as near as it gets to a target on or beside a thing."""
-        if avoidance.plan is None or avoidance.pose is None:
+        # It waits where pose, target or scan cannot be used.
+        if avoidance.plan is None or avoidance.activity == "wait":
             return False
         route = avoidance.plan.route
         at_end = np.hypot(*(route.places[-1] - pose[:2])) < _AT_END

@@ -239,6 +239,49 @@ def test_what_only_the_plan_shows_is_kept_clear_of():
     assert blind.touches > 0
 
 
+# At a target in or beside a thing
+
+
+@pytest.mark.parametrize("knows", [False, True], ids=["seen", "planned"])
+@pytest.mark.parametrize("target", [(1.9, 0.0), (2.2, 0.1), (2.5, 0.4)])
+def test_at_a_thing_that_the_target_is_in_it_has_arrived_where_it_ends(
+    target, knows
+):
+    box = rectangle(2.0, -0.5, 3.0, 0.5)
+    world = [*HOUSE, box]
+    drive = Rolling(
+        planner(world if knows else None), world, (-1, 0, 0), target
+    )
+    assert drive.run(15)
+    assert drive.touches == 0
+    assert drive.distance < 0.9
+
+
+def walled_room():
+    """A plan whose outermost cells are walls, from -3 to 6 and -4 to 4 m."""
+    occupied = np.zeros((161, 181), dtype=bool)
+    occupied[[0, -1]] = occupied[:, [0, -1]] = True
+    return OccupancyGrid(np.array([-3.0, -4.0]), 0.05, occupied)
+
+
+@pytest.mark.parametrize("target", [(math.inf, 0), (0, -math.inf), (1e9, 0)])
+def test_a_target_that_makes_no_sense_is_not_arrived_at(target):
+    law = MapPlanner(
+        SHIPPED.map,
+        SHIPPED.controller,
+        LIDAR,
+        SPEED_LIMIT,
+        0.3,
+        known=KnownFloor(walled_room()),
+    )
+    # Beside the wall at x = 6, where the way to a target at the wall ends.
+    drive = Rolling(law, HOUSE, (3, 0, 0), (5.9, 0.0))
+    assert drive.run(10)
+    ranges = drive.scan()
+    state = law.update(drive.state, drive.pose, np.array(target), ranges)
+    assert not state.arrived
+
+
 # Backwards and near
 
 

@@ -102,7 +102,7 @@ class NavigationParameters:
             and all(0.05 <= size <= 2 for size in self.grid_size),
             "grid_size",
             self.grid_size,
-            "empty, or one number in [0.05, 2]",
+            "empty, or [size] in m, each in [0.05, 2]",
         )
 
 

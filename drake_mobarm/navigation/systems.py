@@ -48,7 +48,7 @@ class NavigationPlanner(LeafSystem):
     - planned_paths: abstract, a tuple of the corners p_WQ of each way that the
       robot is led along [m], (k, 2) each.
 
-    Direct feedthrough of the pose to the velocity alone.
+    Direct feedthrough.
 
     Args:
         law: of the planner.

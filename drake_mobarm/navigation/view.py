@@ -1,14 +1,13 @@
 """What Meshcat shows of navigation: highway, ways, forces, scan and path."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.geometry import Cylinder, Meshcat, Rgba, Sphere
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.perception import BaseField, Fields, PointCloud
-from pydrake.systems.framework import Context, LeafSystem, State
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from drake_mobarm.drawing.stage import (
     BEACON,
@@ -22,7 +21,6 @@ from drake_mobarm.drawing.stage import (
     light_stage,
 )
 from drake_mobarm.geometry import Array, transform_points
-from drake_mobarm.immutable import Immutable
 from drake_mobarm.navigation.highway import Highway
 from drake_mobarm.navigation.job import NavigationScenario
 from drake_mobarm.sensors.lidar import LidarParameters, ray_angles
@@ -58,15 +56,6 @@ def set_stage(meshcat: Meshcat, scenario: NavigationScenario) -> None:
     """Even light, no grid, and start and target both well in view."""
     light_stage(meshcat)
     frame_places(meshcat, scenario.start[:2], scenario.target)
-
-
-@dataclass(frozen=True, eq=False)
-class _Drawn(Immutable):
-    """What has been drawn: the path's last corner, and how many of each."""
-
-    corner: Array | None = None
-    pieces: int = 0
-    refreshed: int = 0
 
 
 class NavigationView(LeafSystem):
@@ -121,8 +110,10 @@ class NavigationView(LeafSystem):
             "navigation_forces", size(NavigationForces)
         )
         self._paths = self.DeclareAbstractInputPort("planned_paths", Value(()))
-        self._drawn = int(self.DeclareAbstractState(Value(_Drawn())))
-        self.DeclarePeriodicUnrestrictedUpdateEvent(
+        # The last corner of the drawn path, how many pieces it has, and how
+        # often ways and scan were drawn.
+        self._drawn = self.DeclareDiscreteState([np.nan, np.nan, 0.0, 0.0])
+        self.DeclarePeriodicDiscreteUpdateEvent(
             1 / FRAMES_PER_SECOND, 0.0, self._draw
         )
         draw_marker(meshcat, "target", BEACON, 0.07)
@@ -142,29 +133,27 @@ class NavigationView(LeafSystem):
         if highway is not None:
             _draw_highway(meshcat, highway)
 
-    def _draw(self, context: Context, state: State) -> None:
+    def _draw(self, context: Context, state: DiscreteValues) -> None:
         time = context.get_time()
-        drawn: _Drawn = context.get_abstract_state(self._drawn).get_value()
+        drawn = context.get_discrete_state(self._drawn).value().tolist()
+        corner, (pieces, refreshed) = np.array(drawn[:2]), map(int, drawn[2:])
         target = TargetEstimate(self._target.Eval(context))
         known = target.known > 0.5
         X_WT = RigidTransform([target.x, target.y, 0.0]) if known else HIDDEN
         self._meshcat.SetTransform("estimate", X_WT, time)
         here = np.array(GroundTruth(self._truth.Eval(context))[:2])
         self._draw_forces(self._forces.Eval(context), here, time)
-        corner, pieces = drawn.corner, drawn.pieces
-        if corner is None:
+        length = float(np.hypot(*(here - corner)))
+        if np.isnan(length):
             corner = here
-        elif np.hypot(*(here - corner)) > _SEGMENT:
+        elif length > _SEGMENT:
             path = f"path/{pieces:05d}"
             draw_path_piece(self._meshcat, path, corner, here, time)
             corner, pieces = here, pieces + 1
-        refreshed = drawn.refreshed
         if time >= refreshed * _REFRESH:
             self._refresh(context, refreshed)
             refreshed += 1
-        state.get_mutable_abstract_state(self._drawn).set_value(
-            _Drawn(corner, pieces, refreshed)
-        )
+        state.set_value(self._drawn, [*corner, pieces, refreshed])
 
     def _draw_forces(self, forces: Array, here: Array, time: float) -> None:
         for name, force in zip(FORCES, forces.reshape(3, 2), strict=True):

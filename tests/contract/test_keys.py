@@ -11,6 +11,14 @@ from helpers.shipped import variants
 OF_THE_RUNTIME = {"diagram", "time_limit"}
 # What becomes of meshes: shipped worlds have none; tests/world has its tests.
 OF_THE_WORLD = {"meshes"}
+# Where a highway's points are, which only large changes move: tests/navigation
+# has their tests.
+OF_THE_HIGHWAY = {
+    "highway.count",
+    "highway.min_distance",
+    "highway.blur",
+    "highway.smallest_region",
+}
 
 
 @pytest.mark.parametrize(
@@ -19,7 +27,7 @@ OF_THE_WORLD = {"meshes"}
         (job, key)
         for job in job_names()
         for key in keys(load_scenario(job))
-        if key not in OF_THE_RUNTIME | OF_THE_WORLD
+        if key not in OF_THE_RUNTIME | OF_THE_WORLD | OF_THE_HIGHWAY
     ],
 )
 def test_another_value_of_a_key_makes_another_system(job, key):

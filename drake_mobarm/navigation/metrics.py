@@ -194,7 +194,9 @@ def judge(
         np.linalg.norm(trace["estimated_target"][-1, :2] - np.asarray(target))
     )
     lost = ""
-    if off > SUCCESS_DISTANCE:
+    if np.isnan(off):
+        lost = ", the target was never known"
+    elif off > SUCCESS_DISTANCE:
         lost = f", the target's estimate {off:.2f} m off"
     if arrived:
         return False, f"stopped {error:.2f} m from the target{lost}"

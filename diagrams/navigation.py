@@ -165,14 +165,19 @@ def make_law(
             parameters.may_reverse,
             None if plan is None else known_floor(plan),
         )
+    known = None
+    if parameters.sees_plan and plan is not None:
+        known = known_floor(plan)
     if parameters.planner == "apf":
-        return FieldPlanner(*field, lidar)
+        return FieldPlanner(*field, lidar, known=known)
     if parameters.planner == "apf_escape":
-        return EscapePlanner(*field, lidar, parameters.escape)
+        return EscapePlanner(*field, lidar, parameters.escape, known=known)
     require(plan is not None, "floor_plan", "none", "a plan for apf_hw")
     assert plan is not None
     grid, highway = make_highway(parameters, plan, seed)
-    return HighwayPlanner(*field, lidar, highway, parameters.pull, grid)
+    return HighwayPlanner(
+        *field, lidar, highway, parameters.pull, grid, known=known
+    )
 
 
 def make_highway(

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from drake_mobarm.driving.known_floor import KnownFloor
 from drake_mobarm.geometry import Array, is_pose
 from drake_mobarm.immutable import Immutable
 from drake_mobarm.navigation.escape import (
@@ -70,6 +71,8 @@ class FieldPlanner:
         potential: shape of the field.
         steering: from force to velocity.
         lidar: whose ranges it reads.
+        known: the floor of the plan, where what is on it is to count as seen:
+            table tops and low feet are not in the lidar's plane.
     """
 
     def __init__(
@@ -77,8 +80,11 @@ class FieldPlanner:
         potential: PotentialParameters,
         steering: SteeringParameters,
         lidar: LidarParameters,
+        *,
+        known: KnownFloor | None = None,
     ) -> None:
         self._potential = potential
+        self._known = known
         self._steering = steering
         self._range_max, self._period = lidar.range_max, 1 / lidar.rate
 
@@ -100,7 +106,14 @@ class FieldPlanner:
                 state, memory=replace(state.memory, velocity=(0.0, 0.0))
             )
         position, yaw = np.array(pose_WB[:2]), float(pose_WB[2])
-        scan = ScanSquares.from_ranges(yaw, ranges, self._range_max)
+        scan = ScanSquares.from_ranges(
+            yaw,
+            ranges,
+            self._range_max,
+            None
+            if self._known is None
+            else self._known.near(position) - position,
+        )
         way = p_WT - position
         sees_target = bool(scan.sees(way[None])[0])
         pull = attraction(position, p_WT, self._potential)
@@ -168,6 +181,7 @@ class EscapePlanner(FieldPlanner):
         steering: from force to velocity.
         lidar: whose ranges it reads.
         escape: when and how to escape.
+        known: the floor of the plan, where that counts as seen.
     """
 
     def __init__(
@@ -176,8 +190,10 @@ class EscapePlanner(FieldPlanner):
         steering: SteeringParameters,
         lidar: LidarParameters,
         escape: EscapeParameters,
+        *,
+        known: KnownFloor | None = None,
     ) -> None:
-        super().__init__(potential, steering, lidar)
+        super().__init__(potential, steering, lidar, known=known)
         self._escape = escape
 
     def _forces(
@@ -223,6 +239,7 @@ class HighwayPlanner(FieldPlanner):
         pull: how strongly it pulls.
         grid: squares of the floor plan, grown by the robot's radius, by which
             the highway was made.
+        known: the floor of the plan, where that counts as seen.
     """
 
     def __init__(
@@ -233,8 +250,10 @@ class HighwayPlanner(FieldPlanner):
         highway: Highway,
         pull: HighwayForceParameters,
         grid: OccupancyGrid,
+        *,
+        known: KnownFloor | None = None,
     ) -> None:
-        super().__init__(potential, steering, lidar)
+        super().__init__(potential, steering, lidar, known=known)
         self._highway, self._pull = highway, pull
         self._sight = LineOfSight(grid)
         self._free = grid.centres()[~grid.occupied]

@@ -60,6 +60,8 @@ class NavigationParameters:
             turning; its antenna then has to hear behind it, too.
         map: how `ours` drives.
         controller: gains of its way to a waypoint.
+        sees_plan: whether what is on the floor plan counts as seen for the
+            others; in the text the lidar alone does.
         potential: shape of the field of the others.
         steering: from force to velocity.
         escape: the escape force of `apf_escape`.
@@ -80,6 +82,7 @@ class NavigationParameters:
     controller: ControllerParameters = field(
         default_factory=ControllerParameters
     )
+    sees_plan: bool = False
     potential: PotentialParameters = field(default_factory=PotentialParameters)
     steering: SteeringParameters = field(default_factory=SteeringParameters)
     escape: EscapeParameters = field(default_factory=EscapeParameters)

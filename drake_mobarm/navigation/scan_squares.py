@@ -41,7 +41,13 @@ class ScanSquares:
     yaw: float
 
     @classmethod
-    def from_ranges(cls, yaw: float, ranges: Array, range_max: float) -> Self:
+    def from_ranges(
+        cls,
+        yaw: float,
+        ranges: Array,
+        range_max: float,
+        known: Array | None = None,
+    ) -> Self:
         """The squares of a scan.
 
         Args:
@@ -49,8 +55,16 @@ class ScanSquares:
             ranges: [m], (rays,), in the order of `ray_angles`; NaN where
                 missing, `range_max` where nothing is met.
             range_max: the longest range of the lidar [m].
+            known: p_BP_W of points that count as seen where they are nearer
+                than what is [m], (n, 2).
         """
         distances = fill_missing(ranges)
+        if known is not None and len(known):
+            distances = distances.copy()
+            rays = _rays(
+                np.arctan2(known[:, 1], known[:, 0]) - yaw, ranges.size
+            )
+            np.minimum.at(distances, rays, np.hypot(known[:, 0], known[:, 1]))
         met = distances < range_max - _NO_RETURN
         angles = yaw + ray_angles(ranges.size)[met]
         points = distances[met, None] * np.column_stack(
@@ -66,10 +80,8 @@ class ScanSquares:
 
     def readings(self, ways: Array) -> Array:
         """The reading in the direction of each way p_BQ_W, (m, 2) [m], (m,)."""
-        step = 2 * np.pi / self.ranges.size
         bearing = np.arctan2(ways[:, 1], ways[:, 0]) - self.yaw
-        ray = np.rint((wrap_angle(bearing) + np.pi) / step).astype(int)
-        found: Array = self.ranges[ray % self.ranges.size]
+        found: Array = self.ranges[_rays(bearing, self.ranges.size)]
         return found
 
     def sees(self, ways: Array) -> NDArray[np.bool_]:
@@ -100,3 +112,12 @@ def cluster(squares: Array, gap: float = 2 * RADIUS) -> NDArray[np.int_]:
     )
     _, numbers = connected_components(links, directed=False)
     return np.asarray(numbers, dtype=int)
+
+
+def _rays(bearings: Array, rays: int) -> NDArray[np.int_]:
+    """The numbers (n,) of the rays nearest to bearings from B [rad], (n,)."""
+    step = 2 * np.pi / rays
+    numbers: NDArray[np.int_] = (
+        np.rint((wrap_angle(bearings) + np.pi) / step).astype(int) % rays
+    )
+    return numbers

@@ -11,17 +11,16 @@ from drake_mobarm.job import Column, RunRecord, Table, Trial
 from drake_mobarm.navigation.offline_tables import OFFLINE_TABLES
 from drake_mobarm.navigation.trials import STAND_RADIUS, make_pair
 
+_SEES = "sees_plan=true"
+_AS_TEXT = "highway.repair=false"
+
 CASES: dict[str, tuple[str, ...]] = {
-    "apf": ("planner=apf",),
-    "apf, gnron": ("planner=apf", "potential.repulsion=gnron"),
-    "apf_escape": ("planner=apf_escape",),
-    "apf_hw, adaptive": ("planner=apf_hw", "highway.repair=false"),
-    "apf_hw, random": (
-        "planner=apf_hw",
-        "highway.repair=false",
-        "points=random",
-    ),
-    "apf_hw, repaired": ("planner=apf_hw",),
+    "apf": ("planner=apf", _SEES),
+    "apf, gnron": ("planner=apf", "potential.repulsion=gnron", _SEES),
+    "apf_escape": ("planner=apf_escape", _SEES),
+    "apf_hw, adaptive": ("planner=apf_hw", _AS_TEXT, _SEES),
+    "apf_hw, random": ("planner=apf_hw", _AS_TEXT, "points=random", _SEES),
+    "apf_hw, adaptive, lidar alone": ("planner=apf_hw", _AS_TEXT),
     "ours": ("planner=ours",),
 }
 """The planners of Tables 3.2 to 3.4, and the overrides of each."""

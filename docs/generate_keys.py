@@ -24,6 +24,7 @@ RANGES = {
     "diagram": "a job's name, or the path of a .py file",
     "approach": "a unit vector, to 1e-6",
     "world": f"{', '.join(world_names())}, or the path of an SDF",
+    "floor_plan": "given, world, none, or the path of a map's YAML file",
     "objective.torque_shape": "empty, or six numbers, each the torque limit "
     "of its joint or more",
     "station.beacon.outages": "[from, until] each, until not before from",

@@ -125,7 +125,9 @@ def make_ports(part: str) -> str:
     name = "job" if part == job else part
     diagram = shipped_diagrams(job)[0].GetSubsystemByName(name)
 
-    inside = [b for b in all_blocks().values() if b.diagram == part]
+    inside = sorted(
+        blocks_of(diagram, part), key=lambda b: type(b.system).__name__
+    )
 
     def meaning(port: str) -> str:
         # Whoever gives a signal tells more of it than those that read it.

@@ -133,6 +133,7 @@ def test_every_key_has_a_range():
         ("homing", "diagram=nothing"),
         ("homing", "world=nowhere"),
         ("homing", "station.beacon.outages=[[5, 4]]"),
+        ("navigation", "floor_plan=nothing"),
         ("placement", "approach=[0, 0, -1.00001]"),
         ("placement", "objective.torque_shape=[9, 9, 9, 9, 9]"),
         ("placement", "objective.torque_shape=[1, 1, 1, 1, 1, 1]"),

@@ -113,6 +113,20 @@ def test_beyond_the_lidars_range_nothing_is_in_sight():
     ]
 
 
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+def test_what_is_known_counts_as_seen_where_it_is_nearer(yaw):
+    # Ahead at 2 m, which is nearer than 3.05 m; to the left at 6 m, behind
+    # what is met at 4.05 m; behind at 5 m, where nothing is met.
+    c, s = math.cos(yaw), math.sin(yaw)
+    known = np.array([(2, 0), (0, 6), (-5, 0)]) @ np.array([[c, s], [-s, c]])
+    ranges = np.array([12.0, 2.05, 3.05, 4.05])
+    scan = ScanSquares.from_ranges(yaw, ranges, RANGE_MAX, known)
+    np.testing.assert_allclose(scan.ranges, [5.0, 2.05, 2.0, 4.05])
+    assert len(scan.centres) == 4
+    # The scan itself stays as it was.
+    np.testing.assert_array_equal(ranges, [12.0, 2.05, 3.05, 4.05])
+
+
 # Obstacles
 
 

@@ -8,6 +8,7 @@ of their sum.
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -257,6 +258,8 @@ class HighwayPlanner(FieldPlanner):
         self._highway, self._pull = highway, pull
         self._sight = LineOfSight(grid)
         self._free = grid.centres()[~grid.occupied]
+        # An estimate of the target moves, and mostly stays in one square.
+        self._seeing = lru_cache(maxsize=64)(self._points_that_see)
 
     def _influence(self, squares: Array) -> Array | float:
         return influence_distances(
@@ -290,9 +293,11 @@ class HighwayPlanner(FieldPlanner):
     ) -> list[HighwayPath]:
         # A target right beside furniture is in a grown square.
         apart = np.hypot(*(self._free - target).T)
-        place = self._free[np.argmin(apart)]
-        sees_target = self._sight.clear(self._highway.points, place)
+        sees_target = self._seeing(int(np.argmin(apart)))
         found = exits(self._highway.points, target, sees_target, self._pull)
         return choose_paths(
             self._highway, position, np.flatnonzero(seen), found
         )
+
+    def _points_that_see(self, square: int) -> NDArray[np.bool_]:
+        return self._sight.clear(self._highway.points, self._free[square])

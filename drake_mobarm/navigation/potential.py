@@ -20,6 +20,9 @@ REPULSIONS = ("khatib", "gnron")
 
 # A thing nearer than this repels no more strongly [m].
 _NEAREST = 0.02
+# Of so many squares, those of a scan, the distances of all pairs are worked out
+# sooner than trees are built.
+_FEW = 400
 
 
 @frozen
@@ -138,6 +141,28 @@ def influence_distances(
     nominal = parameters.influence_distance
     # Squares farther apart than this keep the nominal distance.
     reach = 2 * (nominal + parameters.clearance + radius) + 1e-9
+    if len(squares) <= _FEW:
+        apart = _apart(squares, clusters)
+    else:
+        apart = _apart_within(squares, clusters, reach)
+    new = (apart - 2 * radius) / 2 - parameters.clearance
+    distances: Array = np.where(new < 0, nominal, np.minimum(new, nominal))
+    return distances
+
+
+def _apart(squares: Array, clusters: NDArray[np.int_]) -> Array:
+    """From each square to the closest one of another cluster [m], (n,)."""
+    x, y = squares.T
+    squared = np.square(x[:, None] - x) + np.square(y[:, None] - y)
+    squared[clusters[:, None] == clusters] = np.inf
+    apart: Array = np.sqrt(squared.min(axis=1, initial=np.inf))
+    return apart
+
+
+def _apart_within(
+    squares: Array, clusters: NDArray[np.int_], reach: float
+) -> Array:
+    """The same of many squares; infinite beyond `reach` [m]."""
     apart = np.full(len(squares), np.inf)
     numbers = np.unique(clusters)
     if numbers.size > 1:
@@ -146,9 +171,7 @@ def influence_distances(
             apart[own], _ = KDTree(squares[~own]).query(
                 squares[own], distance_upper_bound=reach
             )
-    new = (apart - 2 * radius) / 2 - parameters.clearance
-    distances: Array = np.where(new < 0, nominal, np.minimum(new, nominal))
-    return distances
+    return apart
 
 
 def grid_influence(

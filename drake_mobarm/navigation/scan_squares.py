@@ -21,6 +21,8 @@ from drake_mobarm.sensors.lidar import ray_angles
 SQUARE = 0.1
 """Edge length of the squares that a scan's points are gathered in [m]."""
 
+# More than there are cells along an axis.
+_COLUMNS = 2**31
 # A range this near to the lidar's longest [m] is "no return".
 _NO_RETURN = 0.05
 
@@ -71,8 +73,9 @@ class ScanSquares:
             [np.cos(angles), np.sin(angles)]
         )
         cells = np.floor(points / SQUARE).astype(int)
-        _, square = np.unique(cells, axis=0, return_inverse=True)
-        square = square.reshape(-1)
+        # One number a cell, which is sorted sooner than two.
+        numbers = cells[:, 0] * _COLUMNS + cells[:, 1]
+        _, square = np.unique(numbers, return_inverse=True)
         count = np.bincount(square)
         sums = [np.bincount(square, weights=points[:, k]) for k in (0, 1)]
         centres = np.column_stack(sums) / np.maximum(count, 1)[:, None]

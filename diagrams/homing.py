@@ -7,11 +7,13 @@ from pydrake.geometry import Meshcat
 from pydrake.systems.framework import Diagram, System
 from pydrake.systems.primitives import (
     ConstantVectorSource,
-    MatrixGain,
-    Multiplexer,
 )
 
-from drake_mobarm.diagrams.station import STATION_BLOCKS, build_station
+from drake_mobarm.diagrams.station import (
+    STATION_BLOCKS,
+    add_stowing_and_ending,
+    build_station,
+)
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
 from drake_mobarm.driving.systems import MapAvoidance, WaypointController
 from drake_mobarm.homing.confirmed import ConfirmedHybrid
@@ -191,17 +193,7 @@ def build(
             blocks=of_job,
         ),
     )
-    wiring.add_primitive(
-        "stow",
-        ConstantVectorSource([*scenario.station.stowed, *np.zeros(6)]),
-        "desired_arm_state",
-    )
-    wiring.add_primitive(
-        "endings", Multiplexer([1, 3]), "endings", ["arrived", "given_up"]
-    )
-    wiring.add_primitive(
-        "ending", MatrixGain([[1.0, 1.0, 0.0, 0.0]]), "done", ["endings"]
-    )
+    add_stowing_and_ending(wiring, scenario.station.stowed)
     wiring.export("done", "arrived", "given_up")
     wiring.log(
         "ground_truth",

@@ -10,7 +10,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from pydrake.common import RandomDistribution
 from pydrake.systems.framework import Diagram, System
-from pydrake.systems.primitives import MatrixGain, Multiplexer, RandomSource
+from pydrake.systems.primitives import (
+    ConstantVectorSource,
+    MatrixGain,
+    Multiplexer,
+    RandomSource,
+)
 
 from drake_mobarm.checks import require
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring
@@ -190,4 +195,25 @@ def build_station(
     return wiring.build(
         "station",
         inputs=sizes("commanded_base_velocity", "desired_arm_state"),
+    )
+
+
+def add_stowing_and_ending(wiring: Wiring, stowed: Sequence[float]) -> None:
+    """Holds the arm stowed, and ends a run at arrival or on giving up.
+
+    Args:
+        wiring: it has the signals `arrived` (1) and `given_up` (GivenUp), and
+            gets `desired_arm_state` (ArmState) and `done` (1).
+        stowed: the arm's joints [rad], (6,).
+    """
+    wiring.add_primitive(
+        "stow",
+        ConstantVectorSource([*stowed, *np.zeros(6)]),
+        "desired_arm_state",
+    )
+    wiring.add_primitive(
+        "endings", Multiplexer([1, 3]), "endings", ["arrived", "given_up"]
+    )
+    wiring.add_primitive(
+        "ending", MatrixGain([[1.0, 1.0, 0.0, 0.0]]), "done", ["endings"]
     )

@@ -10,28 +10,15 @@ import numpy as np
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.job import ESTIMATORS
 from drake_mobarm.job import Column, RunRecord, Table, Trial
-from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
-from drake_mobarm.world.obstacles import outlines
-from drake_mobarm.world.occupancy import OccupancyGrid
+from drake_mobarm.world.rooms import ROOMS, reachable_floor, within_room
 from drake_mobarm.world.sdf import load_world
 
 AREA = 10.0
 """Targets of Table 2.3 lie within +- this of the start [m]."""
 
-STAND_RADIUS = 0.28
-"""Start and target are where a disc of this radius can stand [m]."""
-
 MIN_DISTANCE = 1.0
 """From start to target [m]: nearer would succeed without moving."""
-
-ROOMS: dict[str, tuple[float, float, float, float]] = {
-    "bedroom": (-9.30, -2.50, -5.50, 3.10),
-    "living_room": (-2.50, 4.84, -5.50, 1.20),
-    "fitness_room": (-2.50, 4.84, 1.20, 5.50),
-    "kitchen": (4.84, 9.30, -5.50, 3.10),
-}
-"""Rooms of the small house: x_min, x_max, y_min, y_max [m]."""
 
 TAUS = (1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 20.0)
 
@@ -228,29 +215,12 @@ def _places(
     while True:
         places = []
         for room in (start_room, target_room):
-            floor = _reachable_floor()
-            x_min, x_max, y_min, y_max = ROOMS[room]
-            floor = floor[
-                (floor[:, 0] >= x_min)
-                & (floor[:, 0] < x_max)
-                & (floor[:, 1] >= y_min)
-                & (floor[:, 1] < y_max)
-            ]
+            floor = within_room(
+                reachable_floor(load_world("small_house")), room
+            )
             places.append(floor[rng.integers(len(floor))])
         if np.linalg.norm(places[0] - places[1]) >= MIN_DISTANCE:
             return places[0].tolist(), places[1].tolist()
-
-
-@functools.cache
-def _reachable_floor() -> Array:
-    """Cell centres [m], (n, 2), of the house's largest connected floor."""
-    world = load_world("small_house")
-    grid = OccupancyGrid.from_outlines(outlines(world.obstacles, *HEIGHTS))
-    regions = grid.regions(STAND_RADIUS)
-    indoors = np.bincount(regions.ravel())
-    indoors[:2] = 0
-    floor: Array = grid.centres()[regions == np.argmax(indoors)]
-    return floor
 
 
 def _draw(

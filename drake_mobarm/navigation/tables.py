@@ -9,7 +9,8 @@ import numpy as np
 from drake_mobarm.geometry import Array
 from drake_mobarm.job import Column, RunRecord, Table, Trial
 from drake_mobarm.navigation.offline_tables import OFFLINE_TABLES
-from drake_mobarm.navigation.trials import STAND_RADIUS, make_pair
+from drake_mobarm.navigation.trials import make_pair
+from drake_mobarm.world.rooms import STAND_RADIUS
 
 _SEES = "sees_plan=true"
 _AS_TEXT = "highway.repair=false"

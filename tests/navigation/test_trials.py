@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import shapely
 
-from drake_mobarm.navigation.trials import ROOMS, make_pair
+from drake_mobarm.navigation.trials import make_pair
 from drake_mobarm.robot.shape import HEIGHTS, RADIUS
 from drake_mobarm.world.obstacles import outlines
+from drake_mobarm.world.rooms import ROOMS
 from drake_mobarm.world.sdf import load_world
 
 WORLDS = ["small_house", "bookstore", "cafe"]

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drake_mobarm.homing.tables import ROOMS
 from drake_mobarm.robot.shape import HEIGHTS
 from drake_mobarm.world.obstacles import inside, outlines
 from drake_mobarm.world.occupancy import OccupancyGrid
+from drake_mobarm.world.rooms import ROOMS
 from drake_mobarm.world.sdf import load_world
 from helpers.shapes import rectangle, turned
 

@@ -28,6 +28,8 @@ from drake_mobarm.world.occupancy import OccupancyGrid
 _SAME_THING = 0.15
 # Seen things are gathered in squares of this size [m].
 _GATHERED = 0.05
+# More than there are such squares along an axis.
+_ROWS = 2.0**24
 # A way starts at most this far from the plan's free floor [m].
 _START = 0.4
 # How far from the robot things on the plan matter for driving [m].
@@ -163,7 +165,7 @@ class KnownFloor:
 
 def _gathered(points: Array) -> Array:
     """One of the points (n, 2) [m] in each square of `_GATHERED`."""
-    _, first = np.unique(
-        np.floor(points / _GATHERED), axis=0, return_index=True
-    )
+    columns, rows = np.floor(points / _GATHERED).T
+    # One number a square is sorted sooner than two.
+    _, first = np.unique(_ROWS * columns + rows, return_index=True)
     return points[first]

@@ -152,7 +152,8 @@ def cheapest_way(
     cost = _place_costs(clearance, parameters)
     shut = np.isinf(cost)
     cost[shut & (lengths(places - start) < _LEAVE)] = 1 + parameters.tight_cost
-    weights = links.lengths * (cost[links.rows] + cost[links.columns]) / 2
+    starts = cost.repeat(np.diff(links.row_starts))
+    weights = links.lengths * (starts + cost.take(links.columns)) / 2
     graph = csr_array(
         (weights, links.columns, links.row_starts),
         shape=(cost.size, cost.size),

@@ -214,7 +214,7 @@ def mobarm(copy, *arguments, code=0):
 
 def test_a_new_job_is_listed_with_its_table(copy):
     listed = mobarm(copy, "list")
-    assert "scenarios: counting, homing, placement" in listed
+    assert "scenarios: counting, homing, navigation, placement" in listed
     assert "counts" in listed
 
 

@@ -11,6 +11,8 @@ from matplotlib.figure import Figure
 from drake_mobarm.drawing.floor_plan import draw_floor_plan, frame_building
 from drake_mobarm.drawing.style import BLUE, GREEN, GREY, ORANGE, STYLE
 from drake_mobarm.geometry import Array
+from drake_mobarm.robot.shape import HEIGHTS
+from drake_mobarm.world.obstacles import outlines
 from drake_mobarm.world.sdf import load_world
 
 Row = Mapping[str, Any]
@@ -78,10 +80,7 @@ def draw_example(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
 def draw_final_errors(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
     """From each target to where the robot ended, a panel a case (3.8)."""
     cases = list(dict.fromkeys(row["case"] for row in rows))
-    columns = min(len(cases), 3)
-    lines = -(-len(cases) // columns)
-    figure = Figure(figsize=(3.6 * columns, 3.0 * lines), layout="constrained")
-    grid = figure.subplots(lines, columns, squeeze=False).ravel()
+    figure, grid = _panels(len(cases), [row["world"] for row in rows])
     for axes in grid[len(cases) :]:
         axes.set_visible(False)
     for axes, case in zip(grid, cases, strict=False):
@@ -105,7 +104,7 @@ def draw_final_errors(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
             )
             axes.plot(*target, ".", color=color, ms=3)
         share = np.mean([rows[n]["success"] for n in numbers])
-        axes.set_title(f"{case}: {100 * share:.0f} %", loc="left")
+        axes.set_title(f"{case}:\n{100 * share:.0f} %", loc="left", size=8)
         axes.set_xlabel("")
         axes.set_ylabel("")
     return figure
@@ -121,10 +120,7 @@ def draw_failures(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
         turn[number] = (seen.get(case, 0), "ours" not in case)
         seen[case] = turn[number][0] + 1
     failed = sorted(failed, key=lambda number: turn[number])[:_FAILURES]
-    columns = min(len(failed), 3)
-    lines = -(-len(failed) // columns)
-    figure = Figure(figsize=(3.6 * columns, 3.2 * lines), layout="constrained")
-    grid = figure.subplots(lines, columns, squeeze=False).ravel()
+    figure, grid = _panels(len(failed), [row["world"] for row in rows])
     for axes in grid[len(failed) :]:
         axes.set_visible(False)
     for axes, number in zip(grid, failed, strict=False):
@@ -137,6 +133,25 @@ def draw_failures(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
         axes.set_xlabel("")
         axes.set_ylabel("")
     return figure
+
+
+def _panels(count: int, worlds: Sequence[str]) -> tuple[Figure, Any]:
+    """A figure of so many floor plans, narrow ones closer together."""
+    narrow = all(map(_is_narrow, set(worlds)))
+    columns = min(count, 7 if narrow else 3)
+    lines = -(-count // columns)
+    width, height = (1.7, 3.6) if narrow else (3.6, 3.1)
+    figure = Figure(
+        figsize=(width * columns, height * lines), layout="constrained"
+    )
+    return figure, figure.subplots(lines, columns, squeeze=False).ravel()
+
+
+def _is_narrow(name: str) -> bool:
+    """Whether a world is far longer along y than along x."""
+    corners = np.vstack(outlines(load_world(name).obstacles, *HEIGHTS))
+    width, depth = np.ptp(corners, axis=0)
+    return bool(depth > 1.6 * width)
 
 
 def _pair(row: Row) -> tuple[float, ...]:

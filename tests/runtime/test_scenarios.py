@@ -36,7 +36,7 @@ def write(folder, text, name="mine.yaml"):
 
 
 def test_every_shipped_scenario_loads():
-    assert scenario_names() == ["homing", "placement"]
+    assert scenario_names() == ["homing", "navigation", "placement"]
     for name in scenario_names():
         assert load_scenario(name).diagram == name
 

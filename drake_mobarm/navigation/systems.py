@@ -38,8 +38,10 @@ class NavigationPlanner(LeafSystem):
 
     - measured_base_pose (3): PlanarPose in W.
     - estimated_target (3): TargetEstimate in W.
-    - lidar_ranges (rays): [m], as `ray_angles` orders them.
-    - commanded_base_velocity (2): BaseVelocity in B.
+    - lidar_ranges (rays): [m], as `ray_angles` orders them. One that is NaN,
+      negative or 0 is missing.
+    - commanded_base_velocity (2): BaseVelocity in B; 0 while the target is
+      not known.
     - arrived (1): 1 once the robot is at the target; it stays there. In the
       first second of a target's being known it is not: first estimates are
       far off.
@@ -82,6 +84,7 @@ class NavigationPlanner(LeafSystem):
             self._calc_velocity,
             {
                 self.input_port_ticket(self._pose.get_index()),
+                self.input_port_ticket(self._target.get_index()),
                 self.abstract_state_ticket(memory),
             },
         )
@@ -109,6 +112,9 @@ class NavigationPlanner(LeafSystem):
         return bool(arrived[0] > 0.5)
 
     def _calc_velocity(self, context: Context, output: BasicVector) -> None:
+        if TargetEstimate(self._target.Eval(context)).known < 0.5:
+            output.SetZero()
+            return
         pose = self._pose.Eval(context)
         output.SetFromVector(self._law.command(self._state(context), pose))
 
@@ -120,11 +126,13 @@ class NavigationPlanner(LeafSystem):
         memory = self._state(context)
         if target.known < 0.5 or self._has_arrived(context):
             return
+        ranges = self._ranges.Eval(context)
         memory = self._law.update(
             memory,
             self._pose.Eval(context),
             np.array(target[:2]),
-            self._ranges.Eval(context),
+            # Drivers tell by -inf or 0, too, that there is no range.
+            np.where(ranges > 0, ranges, np.nan),
         )
         state.get_mutable_abstract_state(self._memory).set_value(memory)
         discrete = state.get_mutable_discrete_state()

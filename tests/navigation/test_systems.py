@@ -38,7 +38,7 @@ def simulator_of(law, target=(4.0, 2.0, 1.0), pose=(1.0, 2.0, 0.3)):
     context = simulator.get_mutable_context()
     system.GetInputPort("estimated_target").FixValue(context, target)
     system.GetInputPort("measured_base_pose").FixValue(context, pose)
-    system.GetInputPort("lidar_ranges").FixValue(context, np.arange(8.0))
+    system.GetInputPort("lidar_ranges").FixValue(context, np.arange(1.0, 9.0))
     return simulator
 
 
@@ -56,7 +56,7 @@ def test_the_law_is_asked_right_after_each_scan():
     pose, target, ranges = law.asked[0]
     np.testing.assert_array_equal(pose, [1.0, 2.0, 0.3])
     np.testing.assert_array_equal(target, [4.0, 2.0])
-    np.testing.assert_array_equal(ranges, np.arange(8.0))
+    np.testing.assert_array_equal(ranges, np.arange(1.0, 9.0))
 
 
 def test_the_velocity_follows_the_pose_between_scans():
@@ -80,6 +80,38 @@ def test_while_the_target_is_unknown_the_law_is_not_asked():
     assert law.asked == []
     assert told(simulator, "arrived") == [0]
     assert told(simulator, "commanded_base_velocity")[0] == 0
+
+
+def test_once_the_target_is_lost_the_robot_stands_until_it_is_known_again():
+    law = Told()
+    simulator = simulator_of(law)
+    simulator.AdvanceTo(0.05)
+    system, context = simulator.get_system(), simulator.get_mutable_context()
+    port = system.GetInputPort("estimated_target")
+    port.FixValue(context, [np.nan, np.nan, 0.0])
+    np.testing.assert_array_equal(
+        told(simulator, "commanded_base_velocity"), [0, 0]
+    )
+    simulator.AdvanceTo(0.15)
+    assert len(law.asked) == 1
+    port.FixValue(context, [4.0, 2.0, 1.0])
+    simulator.AdvanceTo(0.25)
+    # Asked twice: a tenth for each time.
+    np.testing.assert_allclose(
+        told(simulator, "commanded_base_velocity"), [0.2, 0.3]
+    )
+
+
+@pytest.mark.parametrize("value", [np.nan, -np.inf, -1.0, 0.0])
+def test_a_range_that_is_none_is_missing_to_the_law(value):
+    law = Told()
+    simulator = simulator_of(law)
+    system, context = simulator.get_system(), simulator.get_mutable_context()
+    ranges = np.array([1.0, value, 3.0, np.inf, 5.0, 6.0, 7.0, 8.0])
+    system.GetInputPort("lidar_ranges").FixValue(context, ranges)
+    simulator.AdvanceTo(0.05)
+    ranges[1] = np.nan
+    np.testing.assert_array_equal(law.asked[0][2], ranges)
 
 
 def test_in_the_first_second_of_a_known_target_nobody_has_arrived():

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from drake_mobarm.driving.known_floor import KnownFloor
 from drake_mobarm.navigation.escape import EscapeParameters
 from drake_mobarm.navigation.field_planner import (
     EscapePlanner,
@@ -266,6 +267,23 @@ def test_a_caught_robot_is_led_to_the_side_where_the_lidar_sees_farther():
         assert abs(across) == pytest.approx(1.5, abs=0.05)
         assert bool(across > 0) is left_is_freer
         ranges[[90, 270]] = ranges[[270, 90]]
+
+
+def test_what_is_on_the_plan_repels_and_hides_where_it_counts_as_seen():
+    # On the plan is a wall at x = 6; the lidar sees nothing.
+    occupied = np.zeros((200, 200), dtype=bool)
+    occupied[:, 120] = True
+    known = KnownFloor(OccupancyGrid(np.zeros(2), 0.05, occupied))
+    seeing = FieldPlanner(POTENTIAL, STEERING, LIDAR, known=known)
+    pose, behind = (5.8, 7.0, 0.3), (6.15, 7.0)
+    plain, seen = (one_update(law, behind, pose=pose) for law in (APF, seeing))
+    # It is 0.35 m from the target: there, were there no wall before it.
+    assert plain.arrived
+    assert not seen.arrived
+    np.testing.assert_array_equal(plain.forces.repulsion, [0, 0])
+    push = seen.forces.repulsion
+    assert push[0] < -1
+    assert abs(push[1]) < 0.2 * abs(push[0])
 
 
 # The highway

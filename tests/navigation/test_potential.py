@@ -228,6 +228,23 @@ def test_each_square_looks_for_the_closest_square_of_any_other_cluster():
     )
 
 
+@pytest.mark.parametrize("count", [150, 900])
+def test_influence_among_few_squares_and_among_many_is_that_by_the_rule(count):
+    # 900 squares are more than are compared pair by pair.
+    rng = np.random.default_rng(count)
+    squares = rng.uniform(0, math.sqrt(count) / 2, (count, 2))
+    clusters = rng.integers(0, count // 3, count)
+    expected = []
+    for square, cluster in zip(squares, clusters, strict=True):
+        others = squares[clusters != cluster]
+        new = np.hypot(*(others - square).T).min() / 2 - 0.07 - 0.05
+        expected.append(0.9 if new < 0 else min(new, 0.9))
+    assert 0 < np.mean(np.equal(expected, 0.9)) < 0.9
+    np.testing.assert_allclose(
+        influence_distances(squares, clusters, ODD, radius=0.05), expected
+    )
+
+
 def test_a_single_thing_keeps_the_nominal_influence():
     squares, _ = two_walls(0.5)
     single = np.zeros(len(squares), dtype=int)

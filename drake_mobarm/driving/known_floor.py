@@ -77,6 +77,11 @@ class KnownFloor:
         self._edge: Array = grid.centres()[grid.occupied & beside]
         self._edge_tree = KDTree(self._edge) if len(self._edge) else None
 
+    @property
+    def cell(self) -> float:
+        """Edge length of the plan's cells [m]."""
+        return self._grid.cell
+
     def near(self, position: Array) -> Array:
         """p_WP of the edges on the plan near a place p_WB [m], (n, 2).
 

@@ -111,9 +111,11 @@ class FieldPlanner:
             yaw,
             ranges,
             self._range_max,
-            None
-            if self._known is None
-            else self._known.near(position) - position,
+            *(
+                ()
+                if self._known is None
+                else (self._known.near(position) - position, self._known.cell)
+            ),
         )
         way = p_WT - position
         sees_target = bool(scan.sees(way[None])[0])

@@ -49,6 +49,7 @@ class ScanSquares:
         ranges: Array,
         range_max: float,
         known: Array | None = None,
+        known_size: float = 0.0,
     ) -> Self:
         """The squares of a scan.
 
@@ -59,14 +60,16 @@ class ScanSquares:
             range_max: the longest range of the lidar [m].
             known: p_BP_W of points that count as seen where they are nearer
                 than what is [m], (n, 2).
+            known_size: edge length of the cells that these are the centres
+                of [m]: each is met by all rays that pass it as near as its
+                corners are.
         """
         distances = fill_missing(ranges)
         if known is not None and len(known):
             distances = distances.copy()
-            rays = _rays(
-                np.arctan2(known[:, 1], known[:, 0]) - yaw, ranges.size
-            )
-            np.minimum.at(distances, rays, np.hypot(known[:, 0], known[:, 1]))
+            number, rays = _met_by(known, known_size, yaw, ranges.size)
+            apart = np.hypot(known[:, 0], known[:, 1])
+            np.minimum.at(distances, rays, apart[number])
         met = distances < range_max - _NO_RETURN
         angles = yaw + ray_angles(ranges.size)[met]
         points = distances[met, None] * np.column_stack(
@@ -115,6 +118,28 @@ def cluster(squares: Array, gap: float = 2 * RADIUS) -> NDArray[np.int_]:
     )
     _, numbers = connected_components(links, directed=False)
     return np.asarray(numbers, dtype=int)
+
+
+def _met_by(
+    cells: Array, size: float, yaw: float, rays: int
+) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+    """Which cells p_BP_W (n, 2) are met by which rays: pairs of numbers.
+
+    The nearest ray always meets a cell.
+    """
+    step = 2 * np.pi / rays
+    distance = np.hypot(cells[:, 0], cells[:, 1])
+    half = size / np.sqrt(2) / np.maximum(distance, 1e-9)
+    reach = np.arcsin(np.minimum(half, 1.0)) / step
+    bearing = np.arctan2(cells[:, 1], cells[:, 0]) - yaw
+    middle = (wrap_angle(bearing) + np.pi) / step
+    nearest = np.rint(middle).astype(int)
+    first = np.minimum(np.ceil(middle - reach).astype(int), nearest)
+    last = np.maximum(np.floor(middle + reach).astype(int), nearest)
+    count = last - first + 1
+    number = np.arange(len(cells)).repeat(count)
+    place = np.arange(len(number)) - (count.cumsum() - count)[number]
+    return number, (first[number] + place) % rays
 
 
 def _rays(bearings: Array, rays: int) -> NDArray[np.int_]:

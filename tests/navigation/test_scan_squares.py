@@ -127,6 +127,27 @@ def test_what_is_known_counts_as_seen_where_it_is_nearer(yaw):
     np.testing.assert_array_equal(ranges, [12.0, 2.05, 3.05, 4.05])
 
 
+def test_no_ray_slips_between_the_cells_of_what_is_known():
+    # Two straight walls of cells of 5 cm, 1 m away, one of them slanting.
+    along = np.arange(-40, 41)
+    level = np.column_stack([np.full(81, 1.0), 0.05 * along])
+    stairs = np.column_stack([-1.4 + 0.05 * along, -0.05 * along])
+    known = np.vstack([level, stairs])
+    scan = ScanSquares.from_ranges(
+        0.3, np.full(720, RANGE_MAX), RANGE_MAX, known, 0.05
+    )
+    for degrees in np.arange(-44, 45, 0.2):
+        angle = math.radians(degrees)
+        ahead = np.array([[1.2, 1.2 * math.tan(angle)]])
+        assert not scan.sees(ahead)[0]
+        assert scan.sees(ahead * 0.9 / 1.2)[0]
+    for share in np.arange(0.1, 0.9, 0.01):
+        # From (-1.4, 0) to (0, -1.4), and a fifth farther.
+        behind = 1.2 * np.array([[-1.4 * share, -1.4 * (1 - share)]])
+        assert not scan.sees(behind)[0]
+        assert scan.sees(behind * 0.9 / 1.2)[0]
+
+
 # Obstacles
 
 

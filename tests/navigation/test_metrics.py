@@ -275,6 +275,14 @@ def test_no_way_counts_as_shorter_than_the_shortest():
     assert 1.0 <= found["length_over_shortest"] < 1.04
 
 
+def test_where_the_squares_show_no_way_the_straight_line_is_compared_with():
+    floor = FreeFloor.from_outlines(room(0, 0, 3, 3))
+    path = [(1.0, 1.0), (1.0, 4.0), (5.0, 4.0)]
+    assert floor.shortest_way(path[0], path[-1]) == math.inf
+    found = metrics_of(trace([0, 3, 7], path), floor=floor)
+    assert found["length_over_shortest"] == pytest.approx(7 / 5)
+
+
 # Verdicts
 
 

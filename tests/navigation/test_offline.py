@@ -146,6 +146,27 @@ def test_on_a_free_floor_it_goes_straight_to_where_the_pull_vanishes():
     assert (np.diff(along) > 0).all()
 
 
+@pytest.mark.parametrize(
+    ("apart", "push"),
+    [
+        # 0.02 * 0.1^2 * (1/d - 1/0.4) / d^2.
+        (0.2, 0.0002 * (5 - 2.5) / 0.04),
+        (0.3, 0.0002 * (10 / 3 - 2.5) / 0.09),
+        (0.41, 0.0),
+    ],
+)
+def test_a_square_repels_by_its_area_up_to_its_influence(apart, push):
+    occupied = FLOOR.occupied.copy()
+    occupied[50, 60] = True  # At (1, 0).
+    field = MapField(
+        OccupancyGrid(FLOOR.origin, FLOOR.cell, occupied),
+        [1 - apart, 3.0],
+        OFFLINE_POTENTIAL,
+    )
+    force = field.force(np.array([1 - apart, 0.0]))
+    np.testing.assert_allclose(force, [-push, 0.05], atol=1e-12)
+
+
 def test_the_highway_does_not_pull_where_the_target_is_in_sight():
     rng = np.random.default_rng(0)
     highway = build_highway(FLOOR, HighwayParameters(), rng)
@@ -231,6 +252,19 @@ def test_two_ways_cancel_where_all_paths_pull_and_not_where_the_best_does():
     best = MapField(grid, target, OFFLINE_POTENTIAL, highway, best_only=True)
     assert abs(both.force(place)[1]) < 0.1 * abs(best.force(place)[1])
     assert best.force(place)[1] > 0
+
+
+def test_the_best_path_is_that_of_the_shortest_way_on_to_the_target():
+    grid, _ = twin_ways()
+    # The upper way ends 1.3 m before the target and is shorter as a whole.
+    points = np.array(
+        [[-1, 1.18], [1, 1.18], [-1, -1.9], [1, -1.9], [1.5, -0.3]]
+    )
+    highway = Highway.from_links(points, [[0, 1], [2, 3], [3, 4]])
+    best = MapField(
+        grid, [1.5, 0.0], OFFLINE_POTENTIAL, highway, best_only=True
+    )
+    assert best.force(np.array([-1.5, 0.0]))[1] > 0
 
 
 # Parameters

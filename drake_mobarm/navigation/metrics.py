@@ -127,8 +127,9 @@ def navigation_metrics(
         line over distance travelled; 1 for a robot that never left), distance
         travelled, that over the shortest way from the start to the end (at
         least 1, as squares make that way longer; over the straight line where
-        the squares show no way), contacts with obstacles, time in contact, the smallest clearance, root
-        mean square of the jerk, and the error of the measured pose at the end.
+        the squares show no way), contacts with obstacles, time in contact, the
+        smallest clearance, root mean square of the jerk, and the error of the
+        measured pose at the end.
     """
     time, truth = trace["t"], trace["ground_truth"]
     position = truth[:, :2]

@@ -18,6 +18,7 @@ from drake_mobarm.diagrams.station import (
 )
 from drake_mobarm.diagrams.wiring import NO_BLOCKS, Wiring, split_blocks
 from drake_mobarm.driving.known_floor import KnownFloor
+from drake_mobarm.exceptions import ScenarioError
 from drake_mobarm.homing.filter import FilterEstimator, FilterParameters
 from drake_mobarm.homing.systems import TargetEstimator
 from drake_mobarm.job import spawn_seeds
@@ -219,11 +220,24 @@ def load_plan(scenario: NavigationScenario) -> FloorPlan | None:
 
     Raises:
         MapError: the map cannot be read.
+        ScenarioError: the start is not on it.
     """
     places = (scenario.start[:2], scenario.target)
-    return _load_plan(
+    plan = _load_plan(
         scenario.world, scenario.meshes, scenario.floor_plan, places
     )
+    if plan is not None:
+        row, column = plan.index(scenario.start[:2])
+        rows, columns = plan.free.shape
+        if not (0 <= row < rows and 0 <= column < columns):
+            low, high = plan.corners().min(axis=0), plan.corners().max(axis=0)
+            raise ScenarioError(
+                f"start {list(scenario.start[:2])} is not on the floor plan "
+                f"{scenario.floor_plan}, which reaches from "
+                f"[{low[0]:.2f}, {low[1]:.2f}] to "
+                f"[{high[0]:.2f}, {high[1]:.2f}]"
+            )
+    return plan
 
 
 @lru_cache(maxsize=8)
@@ -269,6 +283,8 @@ def build(
     Raises:
         BlockError: a block's ports do not fit, or its name is unknown.
         ParameterError: the planner needs a floor plan, and there is none.
+        MapError: the floor plan cannot be read.
+        ScenarioError: the start is not on the floor plan.
     """
     of_job, of_station = split_blocks(blocks, NAVIGATION_BLOCKS, STATION_BLOCKS)
     built_seed, _ = spawn_seeds(seed)

@@ -14,7 +14,7 @@ from drake_mobarm.diagrams.navigation import (
     build_job,
     load_plan,
 )
-from drake_mobarm.exceptions import BlockError, MobarmError
+from drake_mobarm.exceptions import BlockError, MobarmError, ScenarioError
 from drake_mobarm.navigation.job import PLANNERS
 from drake_mobarm.runtime.simulation import build_diagram
 from drake_mobarm.sensors.rssi import BEACONS
@@ -180,6 +180,18 @@ def test_a_highway_without_a_plan_is_refused_in_one_line():
     assert "\n" not in message
     assert message.startswith("floor_plan is 'none'")
     assert "apf_hw" in message
+
+
+def test_a_start_that_is_not_on_the_floor_plan_is_refused_in_one_line(tmp_path):
+    # The map reaches from the origin to (6, 4).
+    path = write_map(tmp_path, (2.4, 3.6))
+    keys = ["world=empty", f"floor_plan={path}", "target=[5, 1]"]
+    for start in ("[7, 1, 0]", "[1, -0.1, 0]"):
+        scenario = load_scenario("navigation", [*keys, f"start={start}"])
+        with pytest.raises(ScenarioError, match="is not on the floor") as error:
+            build_diagram(scenario)
+        assert "\n" not in str(error.value)
+        assert str(path) in str(error.value)
 
 
 @pytest.mark.parametrize("plan", ["map.yaml", "nowhere/map.yml"])

@@ -307,6 +307,9 @@ TABLES = {
             title=f"Table {name}: navigation in {world}",
             conditions="The same pairs for every planner. "
             + _CONDITIONS
+            + " For the planners of the potential field what is on the floor "
+            "plan counts as seen, which it does not in the text, but for "
+            "`lidar alone`; their highways are not repaired."
             + " Beside ours stand the figures of the dissertation's highway "
             "with adaptive points.",
             scenario="navigation",

@@ -31,7 +31,9 @@ def make_result(file: str) -> str:
 def make_headline(_: str) -> str:
     """The figures that the README shows."""
     heads = ["what", "this library", "beside it"]
-    return table(heads, [*_homing_rows(), *_placement_rows()])
+    return table(
+        heads, [*_homing_rows(), *_navigation_rows(), *_placement_rows()]
+    )
 
 
 def make_homing(_: str) -> str:
@@ -230,6 +232,36 @@ def _homing_rows() -> list[list[str]]:
             ours += f", contacts in {row['trials_with_contact']} trials"
         rows.append([label, ours, f"dissertation: {theirs}"])
     return rows + _speed_rows()
+
+
+def _navigation_rows() -> list[list[str]]:
+    rows = []
+    for world, name in (
+        ("small house", "3.2"),
+        ("bookstore", "3.3"),
+        ("café", "3.4"),
+    ):
+        content = _load(f"table-{name}/table.json")
+        (row,) = (r for r in content["rows"] if r["case"] == "ours")
+        ours, theirs = (
+            f"{round(figures['success_percent'], 1):g} % of {trials} arrive, "
+            f"after {figures['mean_time_s']:.1f} s, path efficiency "
+            f"{figures['mean_path_efficiency']:.2f}"
+            for figures, trials in (
+                (row, row["trials"]),
+                (row["dissertation"], "its trials"),
+            )
+        )
+        if row["contacts"]:
+            ours += f", contacts in {row['trials_with_contact']} trials"
+        rows.append(
+            [
+                f"navigation in the {world} (Table {name})",
+                ours,
+                f"dissertation: {theirs}",
+            ]
+        )
+    return rows
 
 
 def _speed_rows() -> list[list[str]]:

@@ -107,15 +107,12 @@ class FieldPlanner:
                 state, memory=replace(state.memory, velocity=(0.0, 0.0))
             )
         position, yaw = np.array(pose_WB[:2]), float(pose_WB[2])
+        known, size = np.empty((0, 2)), 0.0
+        if self._known is not None:
+            known = self._known.near(position) - position
+            size = self._known.cell
         scan = ScanSquares.from_ranges(
-            yaw,
-            ranges,
-            self._range_max,
-            *(
-                ()
-                if self._known is None
-                else (self._known.near(position) - position, self._known.cell)
-            ),
+            yaw, ranges, self._range_max, known, size
         )
         way = p_WT - position
         sees_target = bool(scan.sees(way[None])[0])

@@ -138,6 +138,7 @@ def build_job(
             make_law(parameters, station, plan, seed),
             station.lidar,
             PROCESSING_DELAY,
+            station.base_drive.speed_limit,
         ),
         sizes("commanded_base_velocity", "given_up", "navigation_forces")
         | {"arrived": 1, "planned_paths": None},
@@ -175,7 +176,12 @@ def make_law(
         return FieldPlanner(*field, lidar, known=known)
     if parameters.planner == "apf_escape":
         return EscapePlanner(*field, lidar, parameters.escape, known=known)
-    require(plan is not None, "floor_plan", "none", "a plan for apf_hw")
+    require(
+        plan is not None,
+        "floor_plan",
+        "none",
+        "given, world, or a map's path, where planner is apf_hw",
+    )
     assert plan is not None
     grid, highway = make_highway(parameters, plan, seed)
     return HighwayPlanner(

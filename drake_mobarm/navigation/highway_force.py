@@ -110,6 +110,8 @@ def highway_force(
 ) -> Array:
     """Step 4: the sum of (3.7) over all paths and their visible points, (2,).
 
+    n_t counts the exits that a path leads to.
+
     Args:
         points: of the highway [m], (n, 2).
         paths: one an exit.

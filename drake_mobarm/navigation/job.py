@@ -60,8 +60,8 @@ class NavigationParameters:
             turning; its antenna then has to hear behind it, too.
         map: how `ours` drives.
         controller: gains of its way to a waypoint.
-        sees_plan: whether what is on the floor plan counts as seen for the
-            others; in the text the lidar alone does.
+        sees_plan: whether what is on the floor plan within 3 m counts as seen
+            for the others; in the text what the lidar sees does alone.
         potential: shape of the field of the others.
         steering: from force to velocity.
         escape: the escape force of `apf_escape`.

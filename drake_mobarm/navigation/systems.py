@@ -1,9 +1,13 @@
 """Navigation as a LeafSystem."""
 
+import math
+from collections.abc import Sequence
+
 import numpy as np
 from pydrake.common.value import Value
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, State
 
+from drake_mobarm.geometry import clip_magnitude
 from drake_mobarm.navigation.planner import PlannerLaw, PlannerState
 from drake_mobarm.sensors.lidar import LidarParameters
 from drake_mobarm.signals import (
@@ -56,13 +60,19 @@ class NavigationPlanner(LeafSystem):
         law: of the planner.
         lidar: whose ranges these are.
         delay: after the lidar's samples [s].
+        speed_limit: the robot's, which no command exceeds [m/s, rad/s], (2,).
     """
 
     def __init__(
-        self, law: PlannerLaw, lidar: LidarParameters, delay: float
+        self,
+        law: PlannerLaw,
+        lidar: LidarParameters,
+        delay: float,
+        speed_limit: Sequence[float] = (math.inf, math.inf),
     ) -> None:
         super().__init__()
         self._law = law
+        self._speed_limit = tuple(speed_limit)
         self._pose = self.DeclareVectorInputPort(
             "measured_base_pose", size(PlanarPose)
         )
@@ -116,7 +126,10 @@ class NavigationPlanner(LeafSystem):
             output.SetZero()
             return
         pose = self._pose.Eval(context)
-        output.SetFromVector(self._law.command(self._state(context), pose))
+        velocity = self._law.command(self._state(context), pose)
+        output.SetFromVector(
+            clip_magnitude(np.array(velocity), self._speed_limit)
+        )
 
     def _calc_paths(self, context: Context, output: Value) -> None:
         output.set_value(self._state(context).paths)
@@ -124,7 +137,10 @@ class NavigationPlanner(LeafSystem):
     def _update(self, context: Context, state: State) -> None:
         target = TargetEstimate(self._target.Eval(context))
         memory = self._state(context)
-        if target.known < 0.5 or self._has_arrived(context):
+        if self._has_arrived(context):
+            return
+        if target.known < 0.5:
+            state.get_mutable_discrete_state().set_value(self._known_for, [0.0])
             return
         ranges = self._ranges.Eval(context)
         memory = self._law.update(

@@ -32,8 +32,10 @@ class Told:
         return 0.1 * state.memory, float(pose_WB[2])
 
 
-def simulator_of(law, target=(4.0, 2.0, 1.0), pose=(1.0, 2.0, 0.3)):
-    system = NavigationPlanner(law, LIDAR, DELAY)
+def simulator_of(
+    law, target=(4.0, 2.0, 1.0), pose=(1.0, 2.0, 0.3), limit=(9.0, 9.0)
+):
+    system = NavigationPlanner(law, LIDAR, DELAY, limit)
     simulator = Simulator(system)
     context = simulator.get_mutable_context()
     system.GetInputPort("estimated_target").FixValue(context, target)
@@ -71,6 +73,28 @@ def test_the_velocity_follows_the_pose_between_scans():
     np.testing.assert_allclose(
         told(simulator, "commanded_base_velocity"), [0.1, -1.0]
     )
+
+
+@pytest.mark.parametrize("yaw", [-3.0, 3.0])
+def test_no_command_exceeds_the_robots_limits(yaw):
+    simulator = simulator_of(Told(), pose=(0.0, 0.0, yaw), limit=(0.25, 2.0))
+    simulator.AdvanceTo(0.55)  # The law would drive at 0.6 m/s by now.
+    np.testing.assert_allclose(
+        told(simulator, "commanded_base_velocity"), [0.25, np.sign(yaw) * 2.0]
+    )
+
+
+def test_a_target_that_was_lost_has_its_first_second_anew():
+    simulator = simulator_of(Told(arrived=True))
+    port = simulator.get_system().GetInputPort("estimated_target")
+    simulator.AdvanceTo(0.95)
+    port.FixValue(simulator.get_mutable_context(), [np.nan, np.nan, 0.0])
+    simulator.AdvanceTo(1.05)
+    port.FixValue(simulator.get_mutable_context(), [4.0, 2.0, 1.0])
+    simulator.AdvanceTo(1.95)
+    assert told(simulator, "arrived") == [0.0]
+    simulator.AdvanceTo(2.25)
+    assert told(simulator, "arrived") == [1.0]
 
 
 def test_while_the_target_is_unknown_the_law_is_not_asked():

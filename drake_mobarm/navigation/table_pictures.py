@@ -1,5 +1,6 @@
 """Pictures of Tables 3.2 to 3.4, after Figures 3.7 and 3.8; and failures."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -104,7 +105,8 @@ def draw_final_errors(rows: Sequence[Row], paths: Sequence[Array]) -> Figure:
             )
             axes.plot(*target, ".", color=color, ms=3)
         share = np.mean([rows[n]["success"] for n in numbers])
-        axes.set_title(f"{case}:\n{100 * share:.0f} %", loc="left", size=8)
+        name = textwrap.fill(case, 18)
+        axes.set_title(f"{name}:\n{100 * share:.0f} %", loc="left", size=8)
         axes.set_xlabel("")
         axes.set_ylabel("")
     return figure

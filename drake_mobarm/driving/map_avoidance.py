@@ -311,6 +311,9 @@ def _drive(
     if at_end:
         return _try_another(state, route, parameters, known)
     if limit < _PINCHED_SPEED:
+        if known is not None and known.room(scan.position) < RADIUS:
+            # What the plan shows there cannot be: the robot is there.
+            return replace(state, plan=None, halt=None, plan_is_wrong=True)
         # Too narrow for the robot: that place is shut from now on.
         room = min(scan.free_length(angle, radius), _PINCHED_AHEAD)
         place = scan.position + (room + RADIUS) * unit(angle)

@@ -34,6 +34,11 @@ _OTHER_END = 2.0
 _BESIDE = 0.9
 _AT_END = 0.15
 
+# For so long [s] the target's estimate may jump: there is no arrival while it
+# is farther than this from what it was of late [m].
+_SETTLING = 3.0
+_STEADY = 0.15
+
 
 @dataclass(frozen=True, eq=False)
 class MapMemory(Immutable):
@@ -43,10 +48,12 @@ class MapMemory(Immutable):
         avoidance: of driving by a map, for a robot B' that is B, or B turned
             by half a turn while it drives backwards.
         backwards: whether it does.
+        time: since the first scan [s].
     """
 
     avoidance: MapAvoidanceState = field(default_factory=initial_state)
     backwards: bool = False
+    time: float = 0.0
 
 
 class MapPlanner:
@@ -111,11 +118,12 @@ class MapPlanner:
         near = bool(distance < self._arrival_distance) or self._is_beside(
             avoidance, pose, p_WT
         )
+        time = state.memory.time + self._period
         plan = avoidance.plan
         return replace(
             state,
-            memory=MapMemory(avoidance, backwards),
-            arrived=near,
+            memory=MapMemory(avoidance, backwards, time),
+            arrived=near and (time > _SETTLING or _is_steady(avoidance, p_WT)),
             shut=avoidance.shut,
             paths=() if plan is None else (plan.route.places,),
         )
@@ -163,3 +171,10 @@ def _turned(pose_WB: Array, backwards: bool) -> Array:
     turned = np.array(pose_WB, dtype=float)
     turned[2] += math.pi if backwards else 0.0
     return turned
+
+
+def _is_steady(avoidance: MapAvoidanceState, p_WT: Array) -> bool:
+    """Whether an estimate is near to what it was of late."""
+    if avoidance.target is None:
+        return False
+    return bool(np.hypot(*(p_WT - avoidance.target)) < _STEADY)

@@ -452,3 +452,19 @@ def test_the_trace_holds_what_reports_and_tables_need():
     ):
         result = run(in_the_open(f"pose={pose}", "time_limit=0.1"))
         assert set(result.trace) == always | more
+
+
+def test_where_only_the_plan_pinches_the_robot_it_goes_on_without_the_plan():
+    # Among chairs that are larger on the plan than they are.
+    scenario = load_scenario(
+        "navigation",
+        [
+            "world=bookstore",
+            "start=[-0.4005, 4.5555, 1.8791937885060461]",
+            "target=[-4.4005, 2.8555]",
+            "time_limit=30",
+        ],
+    )
+    result = run(scenario, seed=160418374)
+    assert result.success
+    assert result.metrics["contacts"] == 0

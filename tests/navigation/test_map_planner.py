@@ -204,6 +204,19 @@ def test_a_robot_that_stands_where_the_plan_shows_a_thing_drives_out(
     assert drive.distance < 0.3
 
 
+def test_an_estimate_that_has_just_jumped_near_is_no_arrival():
+    law = planner()
+    state = law.update(
+        law.initial_state(), np.zeros(3), np.array([3.0, 0.0]), FREE
+    )
+    near, scans = np.array([0.2, 0.0]), 0
+    while not state.arrived and scans < 50:
+        state = law.update(state, np.zeros(3), near, FREE)
+        scans += 1
+    # It is followed within a second: 2.8 m are 0.15 m after 2.8 of them.
+    assert 25 <= scans <= 32
+
+
 def test_a_robot_off_the_plan_drives_without_it():
     world = room(-12, -4, 6, 4)
     drive = Rolling(planner(HOUSE), world, (-10.0, 0.0, 0.0), (5, 0))

@@ -34,7 +34,7 @@ PLANNERS = {
     "apf": (GREY, ["planner=apf"]),
 }
 # The goal that moves goes round a circle [m, m/s].
-CIRCLE, GOAL_SPEED = 1.5, 0.3
+CIRCLE, GOAL_SPEED = 1.5, 0.2
 
 
 class MovingTarget(LeafSystem):
@@ -118,7 +118,7 @@ def moving_goal() -> Building:
     """Columns, and a goal that goes round among them."""
     made = Building("moving goal")
     made.room((-5.0, -3.5), (6.0, 3.5))
-    for x, y in ((-1.0, 0.6), (0.5, -1.0), (2.5, 0.0), (4.5, 1.8)):
+    for x, y in ((-1.0, 0.6), (0.5, -1.0), (2.7, 0.7), (4.7, 2.4)):
         made.column((x, y), 0.35)
     made.errand("catch it", [-4.0, 0.0, 0.0], (2.5, 0.0))
     return made

@@ -28,10 +28,10 @@ from drake_mobarm.driving.gaps import (
 )
 from drake_mobarm.driving.known_floor import KnownFloor
 from drake_mobarm.driving.map_avoidance_state import (
-    Halt,
     MapAvoidanceParameters,
     MapAvoidanceState,
     Plan,
+    count_halt,
     no_places,
 )
 from drake_mobarm.driving.route import Route, find_route, is_shut, place_ahead
@@ -72,11 +72,7 @@ _AT_END = 0.2
 # is free, up to as near to it as this [m].
 _NEAR_TARGET = 1.5
 _FREE_UP_TO = 0.2
-# A robot that has moved by less than this [m] and turned by less than this
-# [rad] makes no progress. Where it may not be faster than this [m/s], the way
-# is too narrow for it.
-_PROGRESS = 0.06
-_PROGRESS_TURN = 0.3
+# Where the robot may not be faster than this [m/s], the way is too narrow.
 _PINCHED_SPEED = 0.03
 # By this factor more often the robot forgets where it has touched something.
 _TOUCHED_TRIES = 4
@@ -298,7 +294,8 @@ def _drive(
         angle = _freest(scan, angle)
         limit = careful_speed(scan, angle, RADIUS, parameters.care)
         way = _TIGHT_WAY * unit(angle)
-    halt = _halt(state.halt, at_end, scan, period)
+    here = (*scan.position.tolist(), scan.yaw)
+    halt = count_halt(state.halt, here, at_end, period)
     state = replace(
         state,
         activity="drive",
@@ -362,19 +359,6 @@ def _way(
     if is_end:
         return way
     return way * max(1.0, _AHEAD / max(length(way), 1e-6))
-
-
-def _halt(halt: Halt | None, at_end: bool, scan: Scan, period: float) -> Halt:
-    """Counts how long there was no progress; at the way's end it goes on."""
-    here = (*scan.position.tolist(), scan.yaw)
-    if halt is None:
-        return Halt(here)
-    if (
-        math.dist(halt.pose[:2], here[:2]) > _PROGRESS
-        or abs(wrap_angle(halt.pose[2] - scan.yaw)) > _PROGRESS_TURN
-    ):
-        return Halt(here, halt.time + period if at_end else 0.0)
-    return Halt(halt.pose, halt.time + period)
 
 
 def _try_another(

@@ -1,5 +1,6 @@
 """Parameters and memory of driving by a map, in `map_avoidance`."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,8 +11,13 @@ from drake_mobarm.driving.route import Route, RouteParameters
 from drake_mobarm.driving.seen_map import SeenMap
 from drake_mobarm.driving.touch import Recovery, TouchParameters
 from drake_mobarm.frozen import frozen
-from drake_mobarm.geometry import Array
+from drake_mobarm.geometry import Array, wrap_angle
 from drake_mobarm.immutable import Immutable
+
+# A robot that has moved by less than this [m] and turned by less than this
+# [rad] makes no progress.
+_PROGRESS = 0.06
+_PROGRESS_TURN = 0.3
 
 
 @frozen
@@ -99,6 +105,30 @@ class Halt:
 
     pose: tuple[float, float, float]
     time: float = 0.0
+
+
+def count_halt(
+    halt: Halt | None,
+    pose: tuple[float, float, float],
+    at_end: bool,
+    period: float,
+) -> Halt:
+    """Counts how long there was no progress; at a way's end it goes on.
+
+    Args:
+        halt: after the last scan; None before one.
+        pose: X_WB, [x, y, yaw] in m and rad.
+        at_end: whether the robot is at its way's end.
+        period: since the last scan [s].
+    """
+    if halt is None:
+        return Halt(pose)
+    if (
+        math.dist(halt.pose[:2], pose[:2]) > _PROGRESS
+        or abs(wrap_angle(halt.pose[2] - pose[2])) > _PROGRESS_TURN
+    ):
+        return Halt(pose, halt.time + period if at_end else 0.0)
+    return Halt(halt.pose, halt.time + period)
 
 
 def no_places() -> Array:

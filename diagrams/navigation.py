@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Meshcat
@@ -29,7 +30,6 @@ from drake_mobarm.navigation.field_planner import (
 )
 from drake_mobarm.navigation.highway import Highway, build_highway
 from drake_mobarm.navigation.job import (
-    FLOOR_PLANS,
     NavigationParameters,
     NavigationScenario,
 )
@@ -45,9 +45,14 @@ from drake_mobarm.sensors.systems import FloorPlanLocalization
 from drake_mobarm.signals import sizes
 from drake_mobarm.station.parameters import PROCESSING_DELAY, StationParameters
 from drake_mobarm.world.floor_plan import FloorPlan, adaptive_grid_size
-from drake_mobarm.world.floor_plan_files import floor_plan_of, read_floor_plan
+from drake_mobarm.world.floor_plan_files import (
+    given_map,
+    map_files,
+    read_floor_plan,
+)
 from drake_mobarm.world.occupancy import OccupancyGrid
 from drake_mobarm.world.sdf import load_world
+from drake_mobarm.world.world import World
 
 RASTER = 0.05
 """In which (3.1) counts the lines of a floor plan [m]."""
@@ -228,39 +233,44 @@ def load_plan(scenario: NavigationScenario) -> FloorPlan | None:
         MapError: the map cannot be read.
         ScenarioError: the start is not on it.
     """
-    places = (scenario.start[:2], scenario.target)
-    plan = _load_plan(
-        scenario.world, scenario.meshes, scenario.floor_plan, places
-    )
-    if plan is not None:
-        row, column = plan.index(scenario.start[:2])
-        rows, columns = plan.free.shape
-        if not (0 <= row < rows and 0 <= column < columns):
-            low, high = plan.corners().min(axis=0), plan.corners().max(axis=0)
-            raise ScenarioError(
-                f"start {list(scenario.start[:2])} is not on the floor plan "
-                f"{scenario.floor_plan}, which reaches from "
-                f"[{low[0]:.2f}, {low[1]:.2f}] to "
-                f"[{high[0]:.2f}, {high[1]:.2f}]"
-            )
+    if scenario.floor_plan == "none":
+        return None
+    world = load_world(scenario.world, scenario.meshes)
+    file: Path | None = None
+    if scenario.floor_plan == "given":
+        file = given_map(world)
+    elif scenario.floor_plan != "world":
+        file = Path(scenario.floor_plan)
+    if file is None:
+        plan = _true_plan(world, (scenario.start[:2], scenario.target))
+    else:
+        plan = _read_plan(
+            file, tuple(part.stat().st_mtime_ns for part in map_files(file))
+        )
+    row, column = plan.index(scenario.start[:2])
+    rows, columns = plan.free.shape
+    if not (0 <= row < rows and 0 <= column < columns):
+        low, high = plan.corners().min(axis=0), plan.corners().max(axis=0)
+        raise ScenarioError(
+            f"start {list(scenario.start[:2])} is not on the floor plan "
+            f"{scenario.floor_plan}, which reaches from "
+            f"[{low[0]:.2f}, {low[1]:.2f}] to [{high[0]:.2f}, {high[1]:.2f}]"
+        )
     return plan
 
 
 @lru_cache(maxsize=8)
-def _load_plan(
-    world: str,
-    meshes: str,
-    floor_plan: str,
-    places: tuple[tuple[float, ...], ...],
-) -> FloorPlan | None:
-    if floor_plan == "none":
-        return None
-    if floor_plan not in FLOOR_PLANS:
-        return read_floor_plan(floor_plan)
-    building = load_world(world, meshes)
-    if floor_plan == "given":
-        return floor_plan_of(building, places)
-    return FloorPlan.from_world(building, cover=places)
+def _read_plan(file: Path, changed: tuple[int, ...]) -> FloorPlan:
+    """The plan of a map as its files were when they last changed."""
+    return read_floor_plan(file)
+
+
+@lru_cache(maxsize=8)
+def _true_plan(
+    world: World, places: tuple[tuple[float, ...], ...]
+) -> FloorPlan:
+    """The plan of a world that shows all, and reaches beyond some places."""
+    return FloorPlan.from_world(world, cover=places)
 
 
 def build(

@@ -21,6 +21,8 @@ import numpy as np
 
 from drake_mobarm.geometry import Array
 
+_PATH_PERIOD = 0.5
+
 Trace = Mapping[str, Array]
 """A run's logs: `t` (n,) [s], and (n, size) for each signal by its name."""
 
@@ -171,6 +173,30 @@ class Table:
     ]
     call: Callable[..., Any] | None = None
     group: Callable[[str], str] | None = None
+
+
+def sample_path(run: RunRecord) -> Array:
+    """What pictures of a table need of a run, every half second.
+
+    Args:
+        run: whose trace has `ground_truth` and `estimated_target`.
+
+    Returns:
+        (n, 5): time [s], the robot's x and y, the estimate's x and y [m].
+    """
+    trace = run.trace
+    stride = round(_PATH_PERIOD / (trace["t"][1] - trace["t"][0]))
+    kept = np.unique(
+        np.append(np.arange(0, len(trace["t"]), stride), len(trace["t"]) - 1)
+    )
+    path: Array = np.column_stack(
+        [
+            trace["t"],
+            trace["ground_truth"][:, :2],
+            trace["estimated_target"][:, :2],
+        ]
+    )[kept]
+    return path
 
 
 def judge_by_done(

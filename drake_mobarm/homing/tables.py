@@ -9,7 +9,7 @@ import numpy as np
 
 from drake_mobarm.geometry import Array
 from drake_mobarm.homing.job import ESTIMATORS
-from drake_mobarm.job import Column, RunRecord, Table, Trial
+from drake_mobarm.job import Column, Table, Trial, sample_path
 from drake_mobarm.sensors.beacon import NOISE_CONFIGURATIONS
 from drake_mobarm.world.rooms import ROOMS, reachable_floor, within_room
 from drake_mobarm.world.sdf import load_world
@@ -21,8 +21,6 @@ MIN_DISTANCE = 1.0
 """From start to target [m]: nearer would succeed without moving."""
 
 TAUS = (1.0, 2.0, 4.0, 6.0, 8.0, 12.0, 20.0)
-
-_PATH_PERIOD = 0.5
 
 # How the dissertation's robot drove, and how ours does.
 _WAYS_TO_DRIVE = (("rules", "odometry"), ("map", "scan_matching"))
@@ -150,27 +148,6 @@ def tau_trials(seed: int, count: int) -> Iterator[Trial]:
                     f"hybrid.tau={tau}",
                     f"noise={noise}",
                 )
-
-
-def sample_path(run: RunRecord) -> Array:
-    """What the pictures need of a run, every half second.
-
-    Returns:
-        (n, 5): time [s], the robot's x and y, the estimate's x and y [m].
-    """
-    trace = run.trace
-    stride = round(_PATH_PERIOD / (trace["t"][1] - trace["t"][0]))
-    kept = np.unique(
-        np.append(np.arange(0, len(trace["t"]), stride), len(trace["t"]) - 1)
-    )
-    path: Array = np.column_stack(
-        [
-            trace["t"],
-            trace["ground_truth"][:, :2],
-            trace["estimated_target"][:, :2],
-        ]
-    )[kept]
-    return path
 
 
 _OPEN_FLOOR = ("world=empty", "avoidance=none")

@@ -39,6 +39,7 @@ from drake_mobarm.world.floor_plan_files import MAP_SUFFIXES
 from drake_mobarm.world.meshes import MESHES
 from drake_mobarm.world.obstacles import clearance
 from drake_mobarm.world.places import Place
+from drake_mobarm.world.world import World
 
 PLANNERS = ("ours", "apf", "apf_escape", "apf_hw")
 FLOOR_PLANS = ("given", "world", "none")
@@ -177,7 +178,10 @@ def _places(scenario: NavigationScenario) -> list[Place]:
 def _judge(
     scenario: NavigationScenario, trace: Trace, outputs: Mapping[str, Any]
 ) -> Verdict:
-    building = _building(scenario.world, scenario.meshes)
+    # Drake's parser is not for laws.
+    from drake_mobarm.world.sdf import load_world
+
+    building = _building(load_world(scenario.world, scenario.meshes))
     metrics = navigation_metrics(
         trace, scenario.target, building.footprint, building.floor
     )
@@ -215,14 +219,8 @@ class _Building:
 
 
 @lru_cache(maxsize=4)
-def _building(world: str, meshes: str) -> _Building:
-    # Drake's parser is not for laws.
-    from drake_mobarm.world.sdf import load_world
-
-    found = [
-        (o.name, o.outline(*HEIGHTS))
-        for o in load_world(world, meshes).obstacles
-    ]
+def _building(world: World) -> _Building:
+    found = [(o.name, o.outline(*HEIGHTS)) for o in world.obstacles]
     met = [(name, shape) for name, shape in found if shape is not None]
     footprint = [shape for _, shape in met]
     return _Building(

@@ -4,10 +4,8 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from drake_mobarm.geometry import Array
-from drake_mobarm.job import Column, RunRecord, Table, Trial
+from drake_mobarm.job import Column, Table, Trial, sample_path
 from drake_mobarm.navigation.offline_tables import OFFLINE_TABLES
 from drake_mobarm.navigation.trials import make_pair
 from drake_mobarm.world.rooms import STAND_RADIUS
@@ -83,7 +81,6 @@ COLUMNS = (
     ),
 )
 
-_PATH_PERIOD = 0.5
 _TIME_LIMIT = 90.0
 
 
@@ -110,26 +107,6 @@ def make_unseen_trials(
                 yield _trial(
                     f"{world}, {case}", world, seed + 7000, index, overrides
                 )
-
-
-def sample_path(run: RunRecord) -> Array:
-    """What the pictures need of a run, every half second.
-
-    Returns:
-        (n, 5): time [s], the robot's x and y, the estimate's x and y [m].
-    """
-    trace = run.trace
-    stride = round(_PATH_PERIOD / (trace["t"][1] - trace["t"][0]))
-    last = len(trace["t"]) - 1
-    kept = np.unique(np.append(np.arange(0, last, stride), last))
-    path: Array = np.column_stack(
-        [
-            trace["t"],
-            trace["ground_truth"][:, :2],
-            trace["estimated_target"][:, :2],
-        ]
-    )[kept]
-    return path
 
 
 def _trial(

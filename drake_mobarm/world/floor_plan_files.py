@@ -104,12 +104,19 @@ def floor_plan_of(world: World, cover: ArrayLike = ()) -> FloorPlan:
         WorldError: the cells are too many.
         MapError: the world's map cannot be read any more.
     """
-    if world.path.suffix.lower() in MAP_SUFFIXES:
-        return read_floor_plan(world.path)
-    file = world.path.resolve().with_suffix(".yaml")
-    if file.parent == WORLDS.resolve() and file.exists():
+    file = given_map(world)
+    if file is not None:
         return read_floor_plan(file)
     return FloorPlan.from_world(world, cover=cover)
+
+
+def given_map(world: World) -> Path | None:
+    """The map's file that `floor_plan_of` a world is read from, if any."""
+    if world.path.suffix.lower() in MAP_SUFFIXES:
+        return world.path
+    file = world.path.resolve().with_suffix(".yaml")
+    shipped = file.parent == WORLDS.resolve() and file.exists()
+    return file if shipped else None
 
 
 def write_floor_plan(

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from drake_mobarm import load_scenario
+from drake_mobarm.job import sample_path
 from drake_mobarm.navigation.tables import (
     CASES,
     COLUMNS,
     POSES,
     TABLES,
-    sample_path,
 )
 
 ONLINE = {"3.2": "small_house", "3.3": "bookstore", "3.4": "cafe"}
